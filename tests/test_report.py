@@ -3,6 +3,7 @@
 import json
 import re
 import sqlite3
+import tempfile
 from dataclasses import asdict
 from pathlib import Path
 from urllib.parse import unquote
@@ -245,8 +246,11 @@ def test_reading_changes_nothing_while_another_writes(tmp_path: Path) -> None:
     assert old.read_bytes() == before
 
 
-def test_reading_leaves_nothing_beside_the_results(folder: Path) -> None:
+def test_reading_leaves_no_files_even_if_it_is_killed(
+    folder: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     before = files(folder)
+    monkeypatch.setattr(tempfile, "tempdir", str(folder / "nowhere"))
     read_report(folder, draw=False)
     assert files(folder) == before
     with Results.open(folder / "mcq.db") as other:  # its journal is its own

@@ -8,6 +8,7 @@ import random
 import signal
 import subprocess
 import sys
+import tempfile
 import time
 from pathlib import Path
 
@@ -241,6 +242,14 @@ def test_a_basket_with_nothing_in_it_cannot_be_bought(fake, tmp_path):
     (spec,) = specs_of(shop(tmp_path, "silent"), None)
     found = measure(spec)
     assert (found["terminated"], found["empty"], found["actions"]) == (False, True, [])
+
+
+def test_an_episode_writes_no_files_that_a_kill_would_leave_behind(fake, tmp_path, monkeypatch):
+    (spec,) = specs_of(shop(tmp_path, "silent"), None)
+    before = {*tmp_path.rglob("*")}
+    monkeypatch.setattr(tempfile, "tempdir", str(tmp_path / "nowhere"))
+    assert measure(spec)["episode"]["ended"] == "truncated"
+    assert {*tmp_path.rglob("*")} == before
 
 
 def experiment_file(folder):

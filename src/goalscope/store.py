@@ -18,7 +18,7 @@ from sqlalchemy import ColumnElement, Connection, Engine, Row, Select, func, or_
 from sqlalchemy.exc import IntegrityError
 
 from goalscope.database.errors import explained
-from goalscope.database.opening import WRITING, default_place, opened
+from goalscope.database.opening import WRITING, default_place, opened, opened_in_memory
 from goalscope.database.tables import CORRECTIONS, EPISODES, ROUNDS, EscapedText
 from goalscope.episode import Round
 from goalscope.rounds_json import dumps, round_from_json, round_to_json, turn_like
@@ -103,6 +103,19 @@ class Store:
         if not (new or place is None or "://" in str(place) or Path(place).exists()):
             raise InvalidInputError(f"There is no store at {place}. Check the path.")
         return cls(*opened(default_place() if place is None else place))
+
+    @classmethod
+    def in_memory(cls, copied: Path | None = None) -> Self:
+        """A store of this process alone, which leaves nothing on the disk.
+
+        Args:
+            copied: A file that it begins as a copy of, as that is now, even while another process
+                writes to it.
+
+        Raises:
+            GoalscopeError: The file cannot be read, or a newer goalscope made it.
+        """
+        return cls(*opened_in_memory(copied))
 
     def close(self) -> None:
         """Close all connections; the store cannot be used afterwards."""

@@ -6,11 +6,23 @@ import logging
 import os
 import sqlite3
 import time
-from contextlib import suppress
+from collections.abc import Callable
+from contextlib import closing, suppress
 from pathlib import Path
 
 import platformdirs
-from sqlalchemy import Connection, Engine, QueuePool, create_engine, event, func, inspect, select
+from sqlalchemy import (
+    Connection,
+    Engine,
+    Pool,
+    QueuePool,
+    StaticPool,
+    create_engine,
+    event,
+    func,
+    inspect,
+    select,
+)
 from sqlalchemy import column as column_named
 from sqlalchemy import table as table_named
 from sqlalchemy.engine import URL, make_url
@@ -21,7 +33,7 @@ from goalscope.database.tables import METADATA, REVISION, VERSION_TABLE
 from goalscope.extras import package
 from goalscope.types import GoalscopeError, InvalidInputError
 
-__all__ = ["WRITING", "default_place", "opened"]
+__all__ = ["WRITING", "default_place", "opened", "opened_in_memory"]
 
 APPLICATION = 0x474F4144  # "GOAD": marks a file as an episode store
 WAIT = 10
@@ -69,6 +81,34 @@ def opened(place: str | Path) -> tuple[str, Engine]:
     return name, engine
 
 
+def opened_in_memory(copied: Path | None = None) -> tuple[str, Engine]:
+    """A database of this process alone, which leaves nothing on the disk, and what to call it.
+
+    Args:
+        copied: A file that it begins as a copy of. It is only read, but opened for writing where
+            that is allowed: else SQLite could not take away the journal files that it makes
+            beside it.
+
+    Raises:
+        GoalscopeError: The file cannot be used, or a newer goalscope made it.
+    """
+    name = str(copied or "in memory")
+    connection = sqlite3.connect(":memory:", isolation_level=None, check_same_thread=False)
+    engine = _sqlite(lambda: connection, StaticPool)
+    try:
+        with explained(name):
+            if copied:
+                uri = f"{copied.absolute().as_uri()}?mode=rw"
+                with closing(sqlite3.connect(uri, uri=True, timeout=WAIT)) as file:
+                    file.backup(connection)
+                _refuse_others(connection, copied)
+            _prepare(engine, name)
+    except BaseException:
+        connection.close()
+        raise
+    return name, engine
+
+
 def _file(file: Path) -> Engine:
     try:
         file.parent.mkdir(parents=True, exist_ok=True)
@@ -86,7 +126,11 @@ def _file(file: Path) -> Engine:
             "several machines can damage it. Name a file on a local disk, or a PostgreSQL "
             "database, with --store."
         )
-    engine = create_engine("sqlite://", creator=lambda: _connected(path, file), poolclass=QueuePool)
+    return _sqlite(lambda: _connected(path, file), QueuePool)
+
+
+def _sqlite(connect: Callable[[], sqlite3.Connection], pool: type[Pool]) -> Engine:
+    engine = create_engine("sqlite://", creator=connect, poolclass=pool)
 
     @event.listens_for(engine, "begin")
     def begin(connection: Connection) -> None:

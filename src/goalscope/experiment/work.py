@@ -2,11 +2,9 @@
 
 from __future__ import annotations
 
-import tempfile
 import time
 from collections.abc import Mapping
 from dataclasses import asdict
-from pathlib import Path
 from typing import Any
 
 from goalscope.benchmarks.dialogues import case_from_json, measure_dialogue, measure_evidence
@@ -85,10 +83,7 @@ def _episode(model: OpenModel, spec: Mapping[str, Any]) -> dict[str, Any]:
     start = time.monotonic()
     env = open_environment(settings, profile)
     try:
-        with (
-            tempfile.TemporaryDirectory(prefix="goalscope-") as folder,
-            Store.open(Path(folder) / "episode.db") as store,
-        ):
+        with Store.in_memory() as store:
             session = Session(store, settings, env, model, profile=profile.name)
             rounds = list(session.run())
             info, met, unwanted = session.info, session.checks_met(), session.unwanted()

@@ -3,15 +3,11 @@
 from __future__ import annotations
 
 import json
-import sqlite3
-import tempfile
 from collections import Counter
-from collections.abc import Generator, Iterator, Sequence
-from contextlib import closing, contextmanager
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-from goalscope.database.errors import explained
 from goalscope.experiment.beliefs import belief_table
 from goalscope.experiment.results import Cell, Results
 from goalscope.experiment.summary import Row, Table, percent, slug
@@ -61,7 +57,8 @@ class Section:
 def sections_of(source: Path, *, draw: bool = True) -> tuple[list[Section], list[str]]:
     """Read a file of results or of episodes, or all of a folder.
 
-    Files are copied as they are at one moment, so that another process may write meanwhile.
+    Files are copied into memory as they are at one moment, so that another process may write
+    meanwhile.
 
     Args:
         source: The file or folder.
@@ -84,7 +81,7 @@ def sections_of(source: Path, *, draw: bool = True) -> tuple[list[Section], list
     taken = {"summary"}
     for file in files:
         try:
-            with _copied(file) as results:
+            with Results.in_memory(file) as results:
                 section = _section(results, file.stem, taken, draw)
                 asked = results.asked_for()
                 dialogues += [cell for cell in asked if cell.spec.get("kind") == "dialogue"]
@@ -106,30 +103,6 @@ def sections_of(source: Path, *, draw: bool = True) -> tuple[list[Section], list
         name = unique("beliefs", taken)
         sections.insert(0, _of_cells(name, "Beliefs before and after", (), dialogues, [beliefs]))
     return sections, skipped
-
-
-@contextmanager
-def _copied(file: Path) -> Generator[Results]:
-    """A file's results as they are now, in a file of their own.
-
-    It is only read, but opened for writing where that is allowed: else SQLite could not take away
-    the journal files that it makes beside it.
-    """
-    with tempfile.TemporaryDirectory(prefix="goalscope-") as folder:
-        copy = Path(folder) / "copy.db"
-        with explained(file):
-            uri = f"{file.absolute().as_uri()}?mode=rw"
-            with (
-                closing(sqlite3.connect(uri, uri=True, timeout=10)) as there,
-                closing(sqlite3.connect(copy)) as here,
-            ):
-                there.backup(here)
-        try:
-            results = Results.open(copy)
-        except GoalscopeError as error:
-            raise type(error)(str(error).replace(str(copy), str(file))) from None
-        with results:
-            yield results
 
 
 def _section(results: Results, stem: str, taken: set[str], draw: bool) -> Section | None:
