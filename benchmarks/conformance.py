@@ -30,12 +30,12 @@ from rich.console import Console
 from rich.progress import track
 from rich.table import Table
 
-from goalscope.benchmarks.rooms_teach import predicates, room_at_start, worlds
 from goalscope.envs.house.simulator.properties import PREDICATES
 from goalscope.envs.house.simulator.scene import Scene
 from goalscope.envs.house.simulator.state import by_id
 from goalscope.envs.house.simulator.world import House
 from goalscope.types import InvalidInputError, pluralize
+from teach_rooms import predicates, room_at_start, worlds
 
 LONGEST_LINE = 64 * 2**20
 _NEW_STARTS = ("Initialize", "Reset")

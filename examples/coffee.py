@@ -113,5 +113,5 @@ def open_environment(profile):
 
 
 def load_profiles(path):
-    """Nobody's: the orders that it is measured on are `goalscope bench orders`."""
+    """Nobody's: the orders that it is measured on are those of `benchmarks/orders.py`."""
     return ()

@@ -21,7 +21,6 @@ from goalscope.cli.house import house
 from goalscope.cli.infer import infer
 from goalscope.cli.mcp import mcp
 from goalscope.cli.models import doctor, models
-from goalscope.cli.outcomes import bench_games, bench_orders
 from goalscope.cli.reading import bench_reading, fit_writer
 from goalscope.cli.report import report
 from goalscope.cli.serve import serve
@@ -96,8 +95,6 @@ app.command()(infer)
 app.command()(fit)
 app.command()(fit_writer)
 bench.command(name="reading")(bench_reading)
-bench.command(name="orders")(bench_orders)
-bench.command(name="games")(bench_games)
 app.command()(calibrate)
 app.command()(replay)
 app.command()(why)

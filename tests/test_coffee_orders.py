@@ -3,24 +3,28 @@
 import gzip
 import json
 import os
+import sys
 from pathlib import Path
 
 import pytest
 
 from fakes import WordModel
-from goalscope.benchmarks.orders_taskmaster import (
+from goalscope.domains import Settings, load_domain, open_environment
+from goalscope.picking import Picker
+from goalscope.reader import Reader
+from goalscope.types import InvalidInputError, UnreadableAnswerError
+
+sys.path.append(str(Path(__file__).parents[1] / "benchmarks"))
+
+from orders import (
     Verbatim,
     final_order,
+    main,
     options_of,
     read_dialogues,
     right,
     score_orders,
 )
-from goalscope.cli.outcomes import bench_orders
-from goalscope.domains import Settings, load_domain, open_environment
-from goalscope.picking import Picker
-from goalscope.reader import Reader
-from goalscope.types import InvalidInputError, UnreadableAnswerError
 
 COFFEE = str(Path(__file__).parents[1] / "examples" / "coffee.py")
 PICK = Picker()
@@ -138,20 +142,20 @@ def test_the_command_tells_both_scores(tmp_path, monkeypatch, capsys):
         dialogue("b", "remove latte, a decaf latte with oat milk"),
     )
     model = type("Words", (WordModel,), {"close": lambda self: None})()
-    monkeypatch.setattr("goalscope.models.opening.open_reader", lambda *_, **__: (model, False))
-    bench_orders(COFFEE, data=tmp_path, as_json=True)
+    monkeypatch.setattr("orders.open_reader", lambda *_, **__: (model, False))
+    main(COFFEE, data=tmp_path, as_json=True)
     told = json.loads(capsys.readouterr().out)
     assert told["scores"]["model"]["exact"] == 0.5
     assert told["scores"]["verbatim"]["exact"] == 1.0
     assert told["dialogues"][0] == {"id": "a", "right": [[*LATTE]], "found": [[*LATTE]]}
-    bench_orders(COFFEE, data=tmp_path)
+    main(COFFEE, data=tmp_path)
     assert "found: nothing" in capsys.readouterr().out
 
 
 def test_a_domain_that_takes_no_orders_is_refused(tmp_path):
     garden = str(Path(COFFEE).with_name("garden.py"))
     with pytest.raises(InvalidInputError, match="has no `cups`"):
-        bench_orders(garden, data=tmp_path)
+        main(garden, data=tmp_path)
 
 
 @pytest.mark.skipif("GOALSCOPE_DATA" not in os.environ, reason="GOALSCOPE_DATA is not set")

@@ -14,8 +14,6 @@ from goalscope.envs.house.simulator.properties import PREDICATES
 from goalscope.envs.house.simulator.scene import Scene
 from goalscope.envs.house.simulator.scenes import load_scene, read_scene
 
-__all__ = ["predicates", "room_at_start", "worlds"]
-
 
 def worlds(scenes: Path | None) -> Callable[[str], Scene]:
     """A function that gives AI2-THOR's scene of a game's "world", and reads each once.

@@ -1,5 +1,10 @@
 """Final orders of Taskmaster-4: what a customer said, read and resolved, beside what was written.
 
+python benchmarks/orders.py examples/coffee.py --data FOLDER
+
+Exact are orders whose drinks and options are all right. Beside the model stands a baseline that
+reads nothing: every utterance is taken for the name of something to be added.
+
 The environment is a counter such as `examples/coffee.py`: verbs and a menu. Compared is what the
 data annotates: each drink with its options. What it does not annotate does not count: notes in free
 words, how many cups of a kind there are, and options that no order of the file has, such as syrups.
@@ -9,21 +14,29 @@ from __future__ import annotations
 
 import json
 from collections.abc import Iterable, Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Protocol, cast
 
+import typer
+
+from goalscope.cli.options import Json, Model, ReadingAdapter, ReadingForm
+from goalscope.cli.tables import show_tables
+from goalscope.cli.terminal import console, measuring, model_names, progress
+from goalscope.datasets import DATASETS, data_folder
 from goalscope.datasets.case import OPENING, turns_of
 from goalscope.datasets.files import Row, line_rows
+from goalscope.domains import Settings, load_domain, open_environment
 from goalscope.envs import Environment, Pick, execute
 from goalscope.envs.tables import is_list, shown
+from goalscope.experiment.summary import Table, percent
+from goalscope.models.opening import open_reader
 from goalscope.orders import Order, Reading
+from goalscope.picking import Picker
 from goalscope.reader import Exchange, Reader
+from goalscope.safe_text import terminal_safe
 from goalscope.standing import Standing, fold
 from goalscope.types import InvalidInputError, Turn, UnreadableAnswerError
-
-__all__ = ["Counter", "Cups", "Dialogue", "OrdersScore", "Verbatim"]
-__all__ += ["final_order", "options_of", "read_dialogues", "right", "score_orders"]
 
 Cups = frozenset[tuple[str, ...]]
 """An order: of each kind of cup the drink, and its options in the order of the menu."""
@@ -195,3 +208,74 @@ def _drinks(order: Cups) -> frozenset[str]:
 
 def _only(order: Cups, options: frozenset[str]) -> Cups:
     return frozenset((drink, *(each for each in rest if each in options)) for drink, *rest in order)
+
+
+def main(
+    counter: str,
+    data: Path | None = None,
+    split: str | None = None,
+    model: Model = None,
+    adapter: ReadingAdapter = None,
+    form: ReadingForm = "text",
+    limit: int | None = None,
+    worst: int = 10,
+    as_json: Json = False,
+) -> None:
+    """Take the coffee orders of Taskmaster-4, and compare what stands at the counter in the end."""
+    env = open_environment(Settings(domain=load_domain(counter)))
+    if not hasattr(env, "cups"):
+        raise InvalidInputError(f"{counter} takes no orders: its environment has no `cups`.")
+    env, pick = cast("Counter", env), Picker()
+    every = read_dialogues(DATASETS["taskmaster4"].file(data_folder(data), split), env, pick)
+    options, dialogues = options_of(every), every[:limit]
+    with measuring("Loading the model"):
+        opened, taught = open_reader(model_names(model)["model"], adapter=adapter)
+    found: list[Cups | None] = []
+    try:
+        language = {"task": env.task, "examples": env.examples, "taught": taught, "form": form}
+        reader = Reader(opened, env.verbs, **language)
+        with progress("Dialogues") as show:
+            for number, each in enumerate(dialogues, 1):
+                found.append(final_order(each, reader, env, pick))
+                show(number, len(dialogues))
+    finally:
+        opened.close()
+    verbatim = [final_order(each, Verbatim(), env, pick) for each in dialogues]
+    scores = {
+        name: score_orders(
+            [(each.order, order) for each, order in zip(dialogues, orders, strict=True)], options
+        )
+        for name, orders in (("model", found), ("verbatim", verbatim))
+    }
+    pairs = [*zip(dialogues, found, strict=True)]
+    if as_json:
+        rows = [
+            {
+                "id": each.id,
+                "right": sorted(each.order),
+                "found": None if order is None else sorted(order),
+            }
+            for each, order in pairs
+        ]
+        told = {name: asdict(each) for name, each in scores.items()}
+        print(json.dumps({"scores": told, "dialogues": rows}))
+        return
+    rows = [
+        {
+            "by": name, "dialogues": s.dialogues, "exact": percent(s.exact),
+            "drinks right": percent(s.drinks), "not read": percent(s.unread),
+        }
+        for name, s in scores.items()
+    ]  # fmt: skip
+    show_tables([Table("orders", "Orders of Taskmaster-4", rows)], as_json)
+    for each, order in [p for p in pairs if not right(p[0].order, p[1], options)][:worst]:
+        lines = [f"\n{each.id}", *(f"  {turn.utterance}" for turn in each.turns)]
+        for name, cups in (("right", each.order), ("found", order)):
+            told = "not read" if cups is None else "; ".join(map(", ".join, sorted(cups)))
+            lines.append(f"  {name}: {told or 'nothing'}")
+        for line in lines:
+            console().print(terminal_safe(line), soft_wrap=True)
+
+
+if __name__ == "__main__":
+    typer.run(main)

@@ -1,4 +1,10 @@
-"""Games of TEACh as episodes: what the commander said, and which goal conditions hold in the end.
+"""TEACh's games, played in the embedded house: the commander's words are those that people typed.
+
+python benchmarks/games.py --data FOLDER --method no-goals --limit 40
+
+Every utterance is said in its turn, whatever the agent asks, and "Yes." where it asks for
+confirmation. The table shows the share of goal conditions that hold, and of games wholly done: at
+the start, at the end, and when people had played the game.
 
 The conditions are TEACh's own (`components` and `relations` of a game), counted as its progress
 check counts them (`Task_THOR.check_episode_progress`):
@@ -17,18 +23,28 @@ up is no longer there; its pieces are. A thing stands on what its plate stands o
 
 from __future__ import annotations
 
+import json
 from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any, Protocol
 
-from goalscope.benchmarks.rooms_teach import room_at_start, worlds
+import typer
+
+from goalscope import Agent
+from goalscope.cli.options import Json, Method, Model
+from goalscope.cli.tables import show_tables
+from goalscope.cli.terminal import model_names, opened_model
+from goalscope.cli.terminal import progress as shown_progress
+from goalscope.datasets import DATASETS, data_folder
 from goalscope.datasets.files import Row, line_rows
+from goalscope.envs.house import HomeRobot, HouseController
 from goalscope.envs.house.simulator.object_types import object_type
 from goalscope.envs.house.simulator.scene import Scene
+from goalscope.experiment.summary import Row as TableRow
+from goalscope.experiment.summary import Table, percent
 from goalscope.types import InvalidInputError
-
-__all__ = ["Asks", "Game", "Progress", "Talks", "boiling", "play", "progress", "read_games"]
+from teach_rooms import room_at_start, worlds
 
 Thing = Mapping[str, Any]
 
@@ -320,3 +336,54 @@ def _game(row: Row, scene: Scene) -> Game:
         room_at_start(row.values["initial_objects"], scene),
         tuple(row.values["final_objects"]),
     )
+
+
+def main(
+    data: Path | None = None,
+    split: str | None = None,
+    method: Method = "good",
+    model: Model = None,
+    limit: int | None = None,
+    as_json: Json = False,
+) -> None:
+    """Play TEACh's games in the embedded house."""
+    folder = data_folder(data)
+    file = DATASETS["teach"].file(folder, split)
+    games = list(read_games(file, folder / "thor" / "scenes"))[:limit]
+    played: list[tuple[Game, list[Progress]]] = []
+    with opened_model(model_names(model)) as engine, shown_progress("Games") as show:
+        for number, game in enumerate(games, 1):
+            env = HomeRobot(HouseController(game.start))
+            agent = Agent(env, engine, method=method)
+            end = play(agent, game, lambda env=env: env.metadata["objects"])
+            start, people = progress(game, game.start.objects), progress(game, game.end)
+            played.append((game, [start, end, people]))
+            show(number, len(games))
+    if as_json:
+        names = ("start", "end", "people")
+        rows = [
+            {"id": game.id, "task": game.task} | dict(zip(names, map(asdict, counts), strict=True))
+            for game, counts in played
+        ]
+        print(json.dumps({"games": rows}))
+        return
+    tasks = dict.fromkeys(["all", *sorted({game.task for game, _ in played})])
+    rows = [
+        summary(name, [counts for game, counts in played if name in ("all", game.task)])
+        for name in tasks
+    ]
+    show_tables([Table("games", "Games of TEACh", rows)], as_json)
+
+
+def summary(name: str, games: Sequence[Sequence[Progress]]) -> TableRow:
+    """Games, the share of conditions that hold at each time, and of games done in the end."""
+    times = [*zip(*games, strict=True)]
+    shares = [sum(p.held for p in at) / max(sum(p.total for p in at), 1) for at in times]
+    done = [sum(p.done for p in at) / len(games) for at in times]
+    heads = ("start", "end", "people", "done", "done by people")
+    found = zip(heads, map(percent, (*shares, *done[1:])), strict=True)
+    return {"task": name, "games": len(games), **dict(found)}
+
+
+if __name__ == "__main__":
+    typer.run(main)
