@@ -215,7 +215,7 @@ def test_what_cannot_be_used_is_said_in_one_line_and_leaves_nothing_behind(here)
     (here / "odd.toml").write_text("[mqc]\n")
     for args, cause in [
         (("bench", "mcq", "no.csv"), "no.csv"),
-        (("bench", "mcq", "broken.jsonl"), "row 1"),
+        (("bench", "mcq", "broken.jsonl"), "line 1"),
         (("bench", "dialogues"), "either"),
         (("bench", "dialogues", "teach"), "--data"),
         (("bench", "dialogues", "teech"), "teach"),

@@ -138,9 +138,9 @@ def test_own_dialogues_are_cases(tmp_path: Path) -> None:
         ({"true": 2}, "got 2"),
         ({"true": True}, "got True"),
         ({"goals": ["make tea", "Make tea."]}, "two of the goals are the same"),
-        ({"group": []}, '"group"'),
+        ({"group": []}, "'group'"),
         ({"id": "1"}, "'1'"),
-        ({"turns": []}, '"turns"'),
+        ({"turns": []}, "'turns'"),
     ],
 )
 def test_own_rows_that_are_no_case_are_refused(

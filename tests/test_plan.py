@@ -150,7 +150,7 @@ def test_files_that_are_missing_or_broken_are_named(tmp_path):
     assert "file 'no.jsonl' or '/" in refused(tmp_path, "mcq = {file='no.jsonl'}", tmp_path)
     assert "no file" in refused(tmp_path, 'mcq = {file = "a\\u0000b"}', tmp_path)
     lines(tmp_path, "q.jsonl", QUESTION, {**QUESTION, "id": "r", "answer": "Z"})
-    assert "q.jsonl, row 2" in refused(tmp_path, "mcq = {file = 'q.jsonl'}", tmp_path)
+    assert "q.jsonl, line 2" in refused(tmp_path, "mcq = {file = 'q.jsonl'}", tmp_path)
     lines(tmp_path, "d.jsonl", ROW, {**ROW, "id": "b", "true": "fly"})
     assert "d.jsonl, line 2" in refused(tmp_path, "dialogues = {jsonl = 'd.jsonl'}", tmp_path)
     with pytest.raises(InvalidInputError, match="not readable"):

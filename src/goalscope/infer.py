@@ -5,93 +5,20 @@ from __future__ import annotations
 import json
 import os
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import asdict, dataclass
+from dataclasses import asdict
 from hashlib import sha256
 from pathlib import Path
 from typing import Any, cast
 
 from goalscope.belief import Belief
 from goalscope.calibration import Calibration
+from goalscope.datasets.jsonl import Dialogue, read_dialogues
 from goalscope.likelihood import Likelihood
-from goalscope.types import (
-    UNSPECIFIED,
-    Goal,
-    GoalscopeError,
-    InvalidInputError,
-    Turn,
-    checked_text,
-    distinct,
-)
+from goalscope.types import UNSPECIFIED, GoalscopeError, InvalidInputError
 
 __all__ = ["Dialogue", "infer", "read_dialogues", "trim_output"]
 
-EXPECTED = (
-    'A line is a dialogue: {"id": "1", "task": "...", "turns": [{"query": "...", "utterance": '
-    '"..."}], "goals": ["...", "..."]}.'
-)
-
-EXPORT = "`goalscope data export SET` writes such a file of a public dataset."
-
 _NAMES = {"n": "number of dialogues"}
-
-
-@dataclass(frozen=True, slots=True)
-class Dialogue:
-    """One row of the input: a dialogue and the goals that are possible in it.
-
-    Attributes:
-        line: Of the file, from 1.
-        id: Of its own within the file.
-        task: The assistant's task.
-        turns: At least one.
-        goals: Distinct, at least one; `UNSPECIFIED` is none of them.
-    """
-
-    line: int
-    id: str | int
-    task: str
-    turns: tuple[Turn, ...]
-    goals: tuple[Goal, ...]
-
-
-def read_dialogues(file: Path) -> list[Dialogue]:
-    """Read and check a whole file, so that a broken row is found before the work begins.
-
-    A row is `{"id", "task", "turns": [{"query", "utterance"}, ...], "goals": [...]}`. Other keys
-    are ignored, and so are blank lines; goals that differ only in case, spaces or the mark at the
-    end merge.
-
-    Raises:
-        InvalidInputError: The file cannot be read or is empty, or a row cannot be used; names the
-            line.
-    """
-    try:
-        data = file.read_bytes()
-    except OSError as error:
-        raise InvalidInputError(
-            f"{file} cannot be read: {error.strerror or error}. {EXPORT}"
-        ) from error
-    if data.startswith(b"\x1f\x8b"):
-        raise InvalidInputError(
-            f"{file} is compressed, and a file of JSON Lines is expected. {EXPORT}"
-        )
-    lines = data.split(b"\n")
-    dialogues: list[Dialogue] = []
-    ids: dict[str | int, int] = {}
-    for number, line in enumerate(lines, 1):
-        if not line.strip():
-            continue
-        try:
-            dialogue = _dialogue(number, _json(line))
-            if dialogue.id in ids:
-                raise ValueError(f'the id "{dialogue.id}" is also that of line {ids[dialogue.id]}')
-        except (ValueError, RecursionError, InvalidInputError) as error:
-            raise InvalidInputError(f"{file}, line {number}: {error}") from error
-        ids[dialogue.id] = number
-        dialogues.append(dialogue)
-    if not dialogues:
-        raise InvalidInputError(f"{file} holds no row. {EXPECTED}")
-    return dialogues
 
 
 def trim_output(
@@ -160,7 +87,7 @@ def infer(
                 dialogue.task, [*dialogue.goals, UNSPECIFIED], dialogue.turns
             )
         except InvalidInputError as error:
-            raise InvalidInputError(f"Line {dialogue.line}: {error}") from error
+            raise InvalidInputError(f"{dialogue.row.label}: {error}") from error
         way = calibration or likelihood.calibration
         belief = Belief.uniform(dialogue.goals, way)
         wider = Belief.uniform([*dialogue.goals, UNSPECIFIED], way)
@@ -197,56 +124,6 @@ def _set(belief: Belief) -> dict[str, Any]:
     if 0.1 not in dict(belief.calibration.thresholds):
         return {"set_90": None}
     return {"set_90": [goal.text for goal in belief.conformal_set(0.1)]}
-
-
-def _json(line: bytes) -> Any:
-    try:
-        return json.loads(line.decode("utf-8-sig"))
-    except UnicodeDecodeError:
-        raise ValueError("no text in UTF-8. Save the file as UTF-8.") from None
-    except json.JSONDecodeError as error:
-        where = f"{error.msg} at character {error.colno}"
-        raise ValueError(f"no JSON ({where}). {EXPECTED}") from None
-
-
-def _dialogue(line: int, row: Any) -> Dialogue:
-    if not isinstance(row, dict):
-        raise ValueError(f"a row must be a JSON object. {EXPECTED}")
-    id = _need(row, "id")
-    if isinstance(id, bool) or not isinstance(id, str | int):
-        raise ValueError('"id" must be a text or a whole number')
-    turns = _list(row, "turns", 'of at least one {"query", "utterance"}')
-    goals = _list(row, "goals", "of at least one text")
-    read: list[Turn] = []
-    for number, turn in enumerate(turns, 1):
-        if not isinstance(turn, dict):
-            raise ValueError(f'turn {number} must be {{"query", "utterance"}}')
-        query = _text(_need(turn, "query"), f"query of turn {number}", empty=True)
-        read.append(Turn(query, _text(_need(turn, "utterance"), f"utterance of turn {number}")))
-    support = distinct(Goal(_text(goal, f"goal {number}")) for number, goal in enumerate(goals, 1))
-    if UNSPECIFIED in support:
-        raise ValueError('the goal "Unspecified" always counts besides; leave it out')
-    task = _text(_need(row, "task"), "task")
-    return Dialogue(line, id, task, tuple(read), tuple(support))
-
-
-def _list(row: Any, key: str, of: str) -> list[Any]:
-    values = _need(row, key)
-    if not isinstance(values, list) or not values:
-        raise ValueError(f'"{key}" must be a list {of}')
-    return cast("list[Any]", values)
-
-
-def _need(row: Any, key: str) -> Any:
-    if key not in row:
-        raise ValueError(f'the key "{key}" is missing')
-    return row[key]
-
-
-def _text(value: object, what: str, *, empty: bool = False) -> str:
-    if not isinstance(value, str):
-        raise ValueError(f"the {what} must be a text")
-    return "" if empty and not value.strip() else checked_text(value, what)
 
 
 def _check_line(

@@ -4,15 +4,15 @@ from __future__ import annotations
 
 import csv
 import io
-import json
 from collections import Counter
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import asdict, dataclass
 from itertools import cycle, islice
 from pathlib import Path
-from typing import Any, cast
+from typing import Any
 
 from goalscope.benchmarks.baselines import overlap
+from goalscope.datasets.files import Row, own_rows
 from goalscope.envs.tables import shown
 from goalscope.likelihood import Layout, RolePlay
 from goalscope.models import Generator, LikelihoodModel
@@ -24,7 +24,6 @@ from goalscope.types import (
     ModelError,
     Turn,
     canonical,
-    checked_text,
 )
 
 __all__ = ["Question", "measure_question", "read_questions", "rephrase"]
@@ -70,25 +69,8 @@ def read_questions(file: Path, limit: int | None = None) -> list[Question]:
     Raises:
         InvalidInputError: The file cannot be read, or a row cannot be used; names the row.
     """
-    try:
-        text = file.read_text(encoding="utf-8-sig")
-    except (OSError, ValueError) as error:
-        cause = getattr(error, "strerror", None) or error
-        raise InvalidInputError(f"{file} cannot be read: {cause}.") from None
-    questions: list[Question] = []
-    is_csv = file.suffix.lower() == ".csv"
-    rows = csv.DictReader(io.StringIO(text, newline="")) if is_csv else text.split("\n")
-    number = 0
-    try:
-        for number, row in enumerate(rows, 1):
-            if limit is not None and len(questions) >= limit:
-                break
-            if isinstance(row, dict):
-                questions.append(_question(_from_csv(row, number)))
-            elif row.strip():
-                questions.append(_question(json.loads(row)))
-    except (ValueError, RecursionError, csv.Error, InvalidInputError) as error:
-        raise InvalidInputError(f"{file}, row {number}: {error}") from None
+    rows = _csv_rows(file) if file.suffix.lower() == ".csv" else own_rows(file)
+    questions = [_question(row) for row in islice(rows, limit)]
     if not questions:
         raise InvalidInputError(f"{file} holds no question.")
     ((double, count),) = Counter(question.id for question in questions).most_common(1)
@@ -170,55 +152,52 @@ def measure_question(
     }
 
 
-def _from_csv(row: Mapping[str | None, Any], number: int) -> dict[str, Any]:
+def _csv_rows(file: Path) -> Iterator[Row]:
+    """The rows of a CSV file, as the objects of JSON Lines."""
     columns = ("prompt", *LETTERS, "answer")
-    missing = [name for name in columns if not isinstance(row.get(name), str)]
-    if missing or None in row:
-        raise ValueError(
-            f"the columns must be {', '.join(columns)}; "
-            + (f"{', '.join(missing)} is missing" if missing else "there are more values than that")
-        )
-    choices = {letter: row[letter] for letter in LETTERS}
-    return {
-        "id": f"row {number}",
-        "prompt": row["prompt"],
-        "choices": choices,
-        "answer": row["answer"],
-    }
+    number = 0
+    try:
+        text = file.read_text(encoding="utf-8-sig")
+        for number, row in enumerate(csv.DictReader(io.StringIO(text, newline="")), 1):
+            label = f"{file}, row {number}"
+            missing = [name for name in columns if not isinstance(row.get(name), str)]
+            if missing or None in row:
+                why = f"{', '.join(missing)} is missing" if missing else "there are more values"
+                raise InvalidInputError(
+                    f"{label}: the columns must be {', '.join(columns)}; {why}."
+                )
+            choices = {letter: row[letter] for letter in LETTERS}
+            given = {"prompt": row["prompt"], "choices": choices, "answer": row["answer"]}
+            yield Row(label, {"id": f"row {number}", **given})
+    except (OSError, ValueError) as error:
+        cause = getattr(error, "strerror", None) or error
+        raise InvalidInputError(f"{file} cannot be read: {cause}.") from None
+    except csv.Error as error:
+        raise InvalidInputError(f"{file}, row {number + 1}: {error}") from None
 
 
-def _question(row: Any) -> Question:
-    if not isinstance(row, dict):
-        raise ValueError("a row must be a JSON object")
-    data = cast("dict[str, Any]", row)
-    for key in ("id", "prompt", "choices", "answer"):
-        if key not in data:
-            raise ValueError(f'the key "{key}" is missing')
-    id, choices, answer = data["id"], data["choices"], data["answer"]
-    given = data.get("rephrasings", {})
-    if isinstance(id, bool) or not isinstance(id, str | int):
-        raise ValueError('"id" must be a text or a whole number')
-    if not isinstance(choices, dict) or len(cast("dict[Any, Any]", choices)) < 2:
-        raise ValueError('"choices" must be an object of at least two texts')
-    for key in cast("dict[str, Any]", choices):
+def _question(row: Row) -> Question:
+    label = row.label
+    choices, answer = row.row("choices"), row.text("answer")
+    if len(choices.values) < 2:
+        raise InvalidInputError(f"{label}: 'choices' must hold at least two texts.")
+    for key in choices.values:
         if not (key.isprintable() and 0 < len(key) <= _LONGEST_KEY):
-            raise ValueError(f"a choice needs a short name such as A, not {shown(key)}")
-    read = {key: _text(value, f"choice {key}") for key, value in cast("Any", choices).items()}
-    if not isinstance(answer, str) or answer not in read:
-        raise ValueError(f'"answer" must be one of {", ".join(read)}, not {shown(answer)}')
-    if not isinstance(given, dict) or (given and set(cast("Any", given)) != set(read)):
-        raise ValueError('"rephrasings" must be an object with a list for each choice')
-    rephrasings: dict[str, list[str]] = {}
-    for key, texts in cast("dict[str, Any]", given).items():
-        if not isinstance(texts, list) or not texts:
-            raise ValueError(f"the rephrasings of {key} must be a list of at least one text")
-        rephrasings[key] = [_text(each, f"rephrasing of {key}") for each in cast("Any", texts)]
-        if canonical(read[key]) in map(canonical, rephrasings[key]):
-            raise ValueError(f"a rephrasing of {key} must not be the choice itself")
-    return Question(str(id), _text(data["prompt"], "prompt"), read, answer, rephrasings)
-
-
-def _text(value: object, what: str) -> str:
-    if not isinstance(value, str):
-        raise ValueError(f"the {what} must be a text")
-    return checked_text(value, what)
+            raise InvalidInputError(
+                f"{label}: a choice needs a short name such as A, not {shown(key)}."
+            )
+    read = {key: choices.text(key) for key in choices.values}
+    if answer not in read:
+        raise InvalidInputError(
+            f"{label}: 'answer' must be one of {', '.join(read)}, not {shown(answer)}."
+        )
+    given = row.row("rephrasings") if row.values.get("rephrasings") else Row(label, {})
+    if given.values and set(given.values) != set(read):
+        raise InvalidInputError(f"{label}: 'rephrasings' must have a list for each choice.")
+    rephrasings = {key: given.texts(key, empty=False) for key in given.values}
+    for key, texts in rephrasings.items():
+        if canonical(read[key]) in map(canonical, texts):
+            raise InvalidInputError(
+                f"{label}: a rephrasing of {key} must not be the choice itself."
+            )
+    return Question(str(row.name("id")), row.text("prompt"), read, answer, rephrasings)

@@ -102,6 +102,7 @@ def opened_in_memory(copied: Path | None = None) -> tuple[str, Engine]:
                 with closing(sqlite3.connect(uri, uri=True, timeout=WAIT)) as file:
                     file.backup(connection)
                 _refuse_others(connection, copied)
+            connection.execute("PRAGMA foreign_keys = ON")
             _prepare(engine, name)
     except BaseException:
         connection.close()

@@ -1,4 +1,4 @@
-"""Files of public datasets, read row by row; what is broken is refused with its place."""
+"""Files of JSON objects, read row by row; what is broken is refused with its place."""
 
 from __future__ import annotations
 
@@ -9,12 +9,13 @@ import zlib
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
+from types import UnionType
 from typing import Any, cast
 
 from goalscope.envs.tables import shown
 from goalscope.types import InvalidInputError, checked_text
 
-__all__ = ["Row", "json_rows", "line_rows"]
+__all__ = ["Row", "json_rows", "line_rows", "own_rows"]
 
 LARGEST_FILE = 1 << 30  # bytes, unpacked
 LONGEST_LINE = 1 << 26  # characters
@@ -43,12 +44,26 @@ class Row:
         """The list under `key`."""
         return self._need(key, list, "a list")
 
-    def texts(self, key: str) -> list[str]:
-        """The list of texts under `key`."""
+    def name(self, key: str) -> str | int:
+        """What names something under `key`: a text, or a whole number."""
+        value = self._need(key, str | int, "a text or a whole number")
+        if isinstance(value, bool):
+            raise InvalidInputError(f"{self.label}: {shown(key)} must be a text or a whole number.")
+        return value
+
+    def texts(self, key: str, *, empty: bool = True) -> list[str]:
+        """The list of texts under `key`: without blank ones, or with at least one and none blank.
+
+        Args:
+            key: Of the row.
+            empty: Whether blank texts, and an empty list, are allowed.
+        """
         values = self._need(key, list, "a list of texts")
         if not all(isinstance(value, str) for value in values):
             raise InvalidInputError(f"{self.label}: {key!r} must be a list of texts.")
-        return [self._checked(value, key) for value in values if value.strip()]
+        if not (values or empty):
+            raise InvalidInputError(f"{self.label}: {key!r} must hold at least one text.")
+        return [self._checked(value, key) for value in values if value.strip() or not empty]
 
     def row(self, key: str) -> Row:
         """The object under `key`."""
@@ -64,7 +79,7 @@ class Row:
             found.append(Row(label, cast("dict[str, Any]", value)))
         return found
 
-    def _need(self, key: str, kind: type, what: str) -> Any:
+    def _need(self, key: str, kind: type | UnionType, what: str) -> Any:
         if key not in self.values:
             raise InvalidInputError(f"{self.label}: the key {shown(key)} is missing.")
         value = self.values[key]
@@ -101,6 +116,36 @@ def line_rows(file: Path) -> Iterator[Row]:
         raise InvalidInputError(
             f"{file} cannot be read after line {number}: {error}. Download it again."
         ) from None
+
+
+def own_rows(file: Path, hint: str = "") -> Iterator[Row]:
+    """The objects of a user's JSON Lines file; blank lines are passed over.
+
+    Args:
+        file: In UTF-8.
+        hint: What to do where it is no such file.
+
+    Raises:
+        InvalidInputError: The file cannot be read, or a line is no JSON object; names the line.
+    """
+    try:
+        data = file.read_bytes()
+    except (OSError, ValueError) as error:
+        cause = getattr(error, "strerror", None) or error
+        raise InvalidInputError(f"{file} cannot be read: {cause}. {hint}".strip()) from None
+    if data.startswith(b"\x1f\x8b"):
+        raise InvalidInputError(
+            f"{file} is compressed, and a file of JSON Lines is expected. {hint}".strip()
+        )
+    for number, line in enumerate(data.split(b"\n"), 1):
+        label = f"{file}, line {number}"
+        if not line.strip():
+            continue
+        try:
+            text = line.decode("utf-8-sig")
+        except UnicodeDecodeError:
+            raise InvalidInputError(f"{label}: no text in UTF-8. Save the file as UTF-8.") from None
+        yield Row(label, _object(_parsed(text, label, hint), label, hint))
 
 
 def json_rows(file: Path, *, member: str | None = None) -> Iterator[Row]:
@@ -141,14 +186,16 @@ def json_rows(file: Path, *, member: str | None = None) -> Iterator[Row]:
         yield Row(label, {**_object(value, label), "id": str(name)})
 
 
-def _parsed(text: str | bytes, label: str) -> object:
+def _parsed(text: str | bytes, label: str, hint: str = "Download the file again.") -> object:
     try:
         return json.loads(text)
     except (ValueError, RecursionError) as error:
-        raise InvalidInputError(f"{label}: not JSON: {error}. Download the file again.") from None
+        raise InvalidInputError(f"{label}: not JSON: {error}. {hint}".strip()) from None
 
 
-def _object(value: object, label: str) -> dict[str, Any]:
+def _object(value: object, label: str, hint: str = "") -> dict[str, Any]:
     if not isinstance(value, dict):
-        raise InvalidInputError(f"{label}: expected a JSON object, got {shown(value)}.")
+        raise InvalidInputError(
+            f"{label}: expected a JSON object, got {shown(value)}. {hint}".strip()
+        )
     return cast("dict[str, Any]", value)

@@ -1,43 +1,88 @@
-"""A user's own dialogues whose goals are known, as JSON Lines."""
+"""A user's own dialogues, with their possible goals and perhaps the true one, as JSON Lines."""
 
 from __future__ import annotations
 
 import json
 from collections.abc import Iterable
-from dataclasses import asdict
+from dataclasses import asdict, dataclass
 from pathlib import Path
-from typing import Any
 
 from goalscope.datasets.case import Case
+from goalscope.datasets.files import Row, own_rows
 from goalscope.envs.tables import nearest, shown
-from goalscope.infer import Dialogue, read_dialogues
-from goalscope.types import InvalidInputError, canonical
+from goalscope.types import UNSPECIFIED, Goal, InvalidInputError, Turn, canonical, distinct
 
-__all__ = ["read_cases", "write_cases"]
+__all__ = ["Dialogue", "read_cases", "read_dialogues", "write_cases"]
+
+EXPECTED = (
+    'A line is a dialogue: {"id": "1", "task": "...", "turns": [{"query": "...", "utterance": '
+    '"..."}], "goals": ["...", "..."]}.'
+)
+EXPORT = "`goalscope data export SET` writes such a file of a public dataset."
+
+
+@dataclass(frozen=True, slots=True)
+class Dialogue:
+    """A dialogue and the goals that are possible in it.
+
+    Attributes:
+        row: Of the file.
+        id: Of its own within the file.
+        task: The assistant's task.
+        turns: At least one.
+        goals: Distinct, at least one; `UNSPECIFIED` is none of them.
+    """
+
+    row: Row
+    id: str | int
+    task: str
+    turns: tuple[Turn, ...]
+    goals: tuple[Goal, ...]
+
+
+def read_dialogues(file: Path) -> list[Dialogue]:
+    """Read and check a whole file, so that a broken row is found before the work begins.
+
+    A row is `{"id", "task", "turns": [{"query", "utterance"}, ...], "goals": [...]}`. Other keys
+    are ignored, and so are blank lines; goals that differ only in case, spaces or the mark at the
+    end merge.
+
+    Raises:
+        InvalidInputError: The file cannot be read or is empty, or a row cannot be used; names the
+            line.
+    """
+    dialogues: list[Dialogue] = []
+    places: dict[str | int, str] = {}
+    for row in own_rows(file, f"{EXPECTED} {EXPORT}"):
+        dialogue = _dialogue(row)
+        if dialogue.id in places:
+            raise InvalidInputError(
+                f"{row.label}: the id {shown(dialogue.id)} is also that of {places[dialogue.id]}."
+            )
+        places[dialogue.id] = row.label
+        dialogues.append(dialogue)
+    if not dialogues:
+        raise InvalidInputError(f"{file} holds no row. {EXPECTED}")
+    return dialogues
 
 
 def read_cases(file: Path) -> list[Case]:
-    """Read and check a whole file of rows as `goalscope infer` reads them, with the true goal.
+    """Read and check a whole file of rows as `read_dialogues` does, with the true goal.
 
-    A row is `{"id", "task", "turns": [{"query", "utterance"}, ...], "goals": [...], "true"}`, where
-    "true" is the text of one of the goals, or its place from 0. Rows with one `"group"` share a
-    dialogue or people; without it, each row is its own group.
+    Under "true" stands the text of one of the goals, or its place from 0. Rows with one `"group"`
+    share a dialogue or people; without it, each row is its own group.
 
     Raises:
         InvalidInputError: The file cannot be read, or a row cannot be used; names the line.
     """
-    dialogues = read_dialogues(file)
-    lines = file.read_bytes().split(b"\n")
-    cases: list[Case] = []
-    ids: set[str] = set()
-    for dialogue in dialogues:
-        label = f"{file}, line {dialogue.line}"
-        case = _case(dialogue, json.loads(lines[dialogue.line - 1].decode("utf-8-sig")), label)
-        if case.id in ids:
+    cases: dict[str, Case] = {}
+    for dialogue in read_dialogues(file):
+        case = _case(dialogue)
+        if case.id in cases:
+            label = dialogue.row.label
             raise InvalidInputError(f"{label}: the id {shown(case.id)} is that of another line.")
-        ids.add(case.id)
-        cases.append(case)
-    return cases
+        cases[case.id] = case
+    return [*cases.values()]
 
 
 def write_cases(cases: Iterable[Case], file: Path) -> None:
@@ -66,16 +111,32 @@ def write_cases(cases: Iterable[Case], file: Path) -> None:
         raise InvalidInputError(f"{file} cannot be written: {error.strerror or error}.") from error
 
 
-def _case(dialogue: Dialogue, row: dict[str, Any], label: str) -> Case:
+def _dialogue(row: Row) -> Dialogue:
+    turns = tuple(
+        Turn(turn.text("query", empty=True), turn.text("utterance")) for turn in row.rows("turns")
+    )
+    if not turns:
+        raise InvalidInputError(f"{row.label}: 'turns' must hold at least one turn.")
+    goals = tuple(distinct(map(Goal, row.texts("goals", empty=False))))
+    if UNSPECIFIED in goals:
+        raise InvalidInputError(
+            f'{row.label}: the goal "Unspecified" always counts besides; leave it out.'
+        )
+    return Dialogue(row, row.name("id"), row.text("task"), turns, goals)
+
+
+def _case(dialogue: Dialogue) -> Case:
+    row, label = dialogue.row, dialogue.row.label
     texts = [goal.text for goal in dialogue.goals]
-    if len(row["goals"]) < 2:
+    given = len(row.entries("goals"))
+    if given < 2:
         raise InvalidInputError(f"{label}: there is one goal; expected at least two.")
-    if len({canonical(text) for text in texts}) < len(row["goals"]):
+    if len(texts) < given:
         raise InvalidInputError(
             f"{label}: two of the goals are the same, or differ in case or in the mark at the end "
             "alone. Leave out one."
         )
-    goal = row.get("true")
+    goal = row.values.get("true")
     if isinstance(goal, int) and not isinstance(goal, bool) and 0 <= goal < len(texts):
         goal = texts[goal]
     if not isinstance(goal, str):
@@ -88,9 +149,7 @@ def _case(dialogue: Dialogue, row: dict[str, Any], label: str) -> Case:
         raise InvalidInputError(
             f"{label}: the true goal {shown(goal)} is none of the goals; {nearest(goal, texts)}"
         )
-    group = row.get("group", dialogue.id)
-    if isinstance(group, bool) or not isinstance(group, str | int):
-        raise InvalidInputError(f'{label}: "group" must be a text or a whole number.')
+    group = row.name("group") if "group" in row.values else dialogue.id
     (place,) = same
     id = str(dialogue.id)
     return Case(id, str(group), dialogue.task, dialogue.turns, dialogue.goals, place)

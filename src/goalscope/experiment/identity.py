@@ -1,23 +1,27 @@
-"""With what a cell was measured: code, prompts and models, as short hashes."""
+"""With what a cell was measured: code, prompts, models and files, as short hashes."""
 
 from __future__ import annotations
 
 import hashlib
 import importlib.metadata
 import json
+import os
 from collections.abc import Callable, Iterable, Mapping
+from dataclasses import asdict
 from functools import cache
 from pathlib import Path
 from typing import Any
 
 import goalscope
+from goalscope.domains import Settings
 from goalscope.models import OpenModel
 from goalscope.models.opening import MODEL_KEYS, model_label, open_model
+from goalscope.types import Profile
 
-__all__ = ["identity_of", "opened", "own_identity"]
+__all__ = ["hashes_of", "identity_of", "opened", "own_identity", "person_of"]
 
 _SHOWN = (
-    *("cli", "display", "plain", "terminal", "report"),
+    *("cli", "display", "report"),
     *("stats", "datasets", "experiment", "fitting", "calibrating", "why"),
 )
 """Modules, by how their names begin, that do not take part in the measuring of a cell."""
@@ -73,6 +77,26 @@ def own_identity() -> dict[str, str]:
 
     version = importlib.metadata.version("goalscope")
     return {"version": version, "code": digest(code), "prompts": digest(prompts)}
+
+
+def person_of(profile: Profile) -> dict[str, Any]:
+    """The whole profile as JSON: part of a cell, so that an edited person makes another."""
+    return json.loads(json.dumps(asdict(profile)))
+
+
+def hashes_of(settings: Settings) -> dict[str, str]:
+    """Hashes of the files that the settings name: people, catalogue, scene, calibration."""
+    named = {
+        "profiles": settings.profiles,
+        "catalogue": settings.catalogue,
+        "scene": settings.scene,
+        "calibration": settings.calibration,
+    }
+    return {
+        key: _short(Path(file).read_bytes())
+        for key, file in named.items()
+        if file and os.path.isfile(file)
+    }
 
 
 def _key(model: Mapping[str, Any]) -> str:

@@ -15,7 +15,7 @@ from goalscope.datasets import DATASETS, load, read_cases
 from goalscope.datasets.changes import changes_of
 from goalscope.domains import Domain, Settings, profiles_of
 from goalscope.envs.tables import nearest, shown
-from goalscope.experiment.files import hashes_of, person_of
+from goalscope.experiment.identity import hashes_of, person_of
 from goalscope.experiment.results import Cell
 from goalscope.goals import Trigger
 from goalscope.habits import Habit

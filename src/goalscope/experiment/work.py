@@ -11,8 +11,7 @@ from goalscope.benchmarks.dialogues import case_from_json, measure_dialogue, mea
 from goalscope.benchmarks.mcq import Question, measure_question, rephrase
 from goalscope.domains import open_environment, profile_named, settings_of
 from goalscope.envs.grocery import GroceryShop
-from goalscope.experiment.files import hashes_of, person_of
-from goalscope.experiment.identity import identity_of, opened
+from goalscope.experiment.identity import hashes_of, identity_of, opened, person_of
 from goalscope.judge import judge, possible_actions
 from goalscope.models import OpenModel
 from goalscope.models.opening import MODEL_KEYS, parts
