@@ -107,7 +107,7 @@ def test_no_two_dialogues_of_a_script_share_people() -> None:
 
 @real
 def test_a_hundred_people_of_teach_change_their_mind_at_round_ten() -> None:
-    cases = load("teach", data_folder(None), goals=10).cases
+    cases = load("teach", data_folder(None), goals=10)
     scripts = changes_of(cases, round=10, goals=10, seed=1)
     assert len(scripts) >= 100
     assert {(len(each.case.turns), len(each.case.goals)) for each in scripts} == {(12, 10)}

@@ -3,13 +3,11 @@
 from __future__ import annotations
 
 import json
-import shutil
 import sys
 
 import pytest
 
 from goalscope.cli.tables import show_tables
-from goalscope.datasets import DATASETS
 from goalscope.experiment import identity, work
 from goalscope.experiment.results import Results
 from goalscope.experiment.run import sole
@@ -294,24 +292,6 @@ def test_ctrl_c_says_what_is_kept(here, monkeypatch):
     assert [*tables("bench", "mcq", "q.jsonl")] == ["mcq"]  # and no second time, as if retried
     assert [cell.attempts for cell in cells("mcq-q")] == [1, 1, 1]
     assert invoke("report", "results/mcq-q.db", "--json").stderr == ""
-
-
-def test_the_datasets_are_listed_with_the_files_that_are_there(here, monkeypatch):
-    dataset = DATASETS["casino"]
-    file = here / "data" / dataset.files[dataset.split]
-    file.parent.mkdir(parents=True)
-    shutil.copy("q.jsonl", file)
-    listed = invoke("data", "list", "--data", "data", "--json")
-    rows = {row["name"]: row for row in json.loads(listed.stdout)}
-    assert set(rows) == set(DATASETS)
-    there = {split: each["there"] for split, each in rows["casino"]["files"].items()}
-    assert there == {split: split == dataset.split for split in dataset.files}
-    monkeypatch.setenv("GOALSCOPE_DATA", "data")
-    text = invoke("data", "list").stdout
-    assert "missing" in text
-    for each in DATASETS.values():
-        assert each.title in text
-        assert each.source in text
 
 
 def test_tables_come_with_and_without_what_was_retried(here, monkeypatch):

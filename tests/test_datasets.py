@@ -5,6 +5,7 @@ import json
 import os
 import re
 import zipfile
+from collections import Counter
 from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any
@@ -13,7 +14,7 @@ import pytest
 from typer.testing import CliRunner
 
 from goalscope.cli.data import data
-from goalscope.datasets import DATASETS, Case, data_folder, load, read_cases, turns_of
+from goalscope.datasets import DATASETS, READERS, Case, data_folder, load, read_cases, turns_of
 from goalscope.datasets.goal_sets import by_shared_words, chance, draw
 from goalscope.datasets.multiwoz import detokenised
 from goalscope.types import InvalidInputError, Turn, canonical
@@ -156,7 +157,13 @@ EVERY = [(name, goal_set) for name in MAKE for goal_set in DATASETS[name].goal_s
 
 
 def made(folder: Path, name: str, goal_set: str, goals: int = 3, **options: Any) -> list[Case]:
-    return load(name, folder, goal_set=goal_set, goals=goals, **options).cases
+    return load(name, folder, goal_set=goal_set, goals=goals, **options)
+
+
+def left_out(name: str, file: Path, goal_set: str = "random", goals: int = 3) -> dict[str, int]:
+    """How many rows are no case, by the reason."""
+    found = READERS[name](file, goal_set, goals, 1)
+    return Counter(each for each in found if isinstance(each, str))
 
 
 def true(case: Case) -> str:
@@ -224,12 +231,12 @@ def test_turns_join_what_one_side_says_in_a_row() -> None:
 
 
 def test_teach_takes_the_commander_and_counts_games_without_one(tmp_path: Path) -> None:
-    packed(tmp_path, "teach", games())
-    loaded = load("teach", tmp_path, goals=3)
-    assert [case.id for case in loaded.cases] == [f"g{n}" for n in range(6)]
-    assert loaded.cases[4].turns == (Turn("What now?", "wash pan"),)
-    assert true(loaded.cases[4]) == "Wash the pan."
-    assert loaded.left_out == {"the commander says nothing": 1}
+    file = packed(tmp_path, "teach", games())
+    cases = load("teach", tmp_path, goals=3)
+    assert [case.id for case in cases] == [f"g{n}" for n in range(6)]
+    assert cases[4].turns == (Turn("What now?", "wash pan"),)
+    assert true(cases[4]) == "Wash the pan."
+    assert left_out("teach", file) == {"the commander says nothing": 1}
 
 
 def test_hard_teach_has_the_same_task_first_and_then_shared_words(tmp_path: Path) -> None:
@@ -240,25 +247,24 @@ def test_hard_teach_has_the_same_task_first_and_then_shared_words(tmp_path: Path
 
 
 def test_multiwoz_is_read_without_markup_and_tokens(tmp_path: Path) -> None:
-    packed(tmp_path, "multiwoz", looks())
-    loaded = load("multiwoz", tmp_path, goals=3)
-    assert true(loaded.cases[4]) == "Find a train for 0. Find a hotel for 0"
-    assert loaded.cases[0].turns[1] == Turn("For how many?", "I don't have a hotel.")
-    assert loaded.left_out == {"no goal, or no words of the person": 1}
+    file = packed(tmp_path, "multiwoz", looks())
+    cases = load("multiwoz", tmp_path, goals=3)
+    assert true(cases[4]) == "Find a train for 0. Find a hotel for 0"
+    assert cases[0].turns[1] == Turn("For how many?", "I don't have a hotel.")
+    assert left_out("multiwoz", file) == {"no goal, or no words of the person": 1}
     assert detokenised("( it 's here ; `` no '' )") == "(it's here; `` no '')"
 
 
 def test_hard_multiwoz_has_the_very_same_domains(tmp_path: Path) -> None:
-    packed(tmp_path, "multiwoz", looks())
-    loaded = load("multiwoz", tmp_path, goal_set="hard", goals=3)
-    for case in loaded.cases:
+    file = packed(tmp_path, "multiwoz", looks())
+    for case in made(tmp_path, "multiwoz", "hard"):
         assert len({"train" in text for text in texts(case)}) == 1
-    assert loaded.left_out["fewer than 3 goals with its domains"] == 1
+    assert left_out("multiwoz", file, "hard")["fewer than 3 goals with its domains"] == 1
 
 
 def test_casino_gives_both_campers_all_six_rankings(tmp_path: Path) -> None:
     packed(tmp_path, "casino", [deal(5)])
-    first, second = load("casino", tmp_path).cases
+    first, second = load("casino", tmp_path)
     assert first.group == second.group == "5"
     assert true(first).startswith("Get packages of food above all, then water; firewood")
     assert first.turns == (
@@ -273,7 +279,7 @@ def test_casino_gives_both_campers_all_six_rankings(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize("goal_set", ["random", "hard"])
 def test_no_wrong_goal_of_alfred_means_the_true_one(goal_set: str, tmp_path: Path) -> None:
-    packed(tmp_path, "alfred", trajectories())
+    file = packed(tmp_path, "alfred", trajectories())
     for case in made(tmp_path, "alfred", goal_set, goals=5):
         assert case.turns[0].utterance != true(case)
         assert canonical(case.turns[0].utterance) not in map(canonical, texts(case))
@@ -284,8 +290,7 @@ def test_no_wrong_goal_of_alfred_means_the_true_one(goal_set: str, tmp_path: Pat
             assert not [
                 text for text in texts(case) if "desk" in text.lower() and text != true(case)
             ]
-    left_out = load("alfred", tmp_path, goals=3).left_out
-    assert left_out == {"fewer than two different sentences": 1}
+    assert left_out("alfred", file) == {"fewer than two different sentences": 1}
 
 
 def test_hard_alfred_changes_one_thing_first(tmp_path: Path) -> None:
@@ -317,15 +322,14 @@ def test_trajectories_of_one_plan_are_one_group(tmp_path: Path) -> None:
 
 
 def test_orders_are_told_in_the_usual_spelling(tmp_path: Path) -> None:
-    packed(tmp_path, "taskmaster4", orders())
-    loaded = load("taskmaster4", tmp_path, goals=3)
-    told = {case.id: true(case) for case in loaded.cases}
+    file = packed(tmp_path, "taskmaster4", orders())
+    told = {case.id: true(case) for case in load("taskmaster4", tmp_path, goals=3)}
     assert told["o0"] == "Order mocha with oat milk."
     assert told["o4"] == "Order triple latte with oat milk."
     assert told["o8"] == "Order decaf mocha with oat milk."
     assert told["o9"] == "Order iced latte (note: extra foam)."
     assert told["o10"] == "Order mocha, and latte with whole milk."
-    assert loaded.left_out == {"a blank in the template was never filled (var_)": 1}
+    assert left_out("taskmaster4", file) == {"a blank in the template was never filled (var_)": 1}
 
 
 def attributes(text: str) -> list[list[str]]:
@@ -356,11 +360,11 @@ def test_hard_orders_change_exactly_one_attribute(tmp_path: Path) -> None:
 def test_orders_with_a_note_have_no_hard_goals(tmp_path: Path) -> None:
     shot = order(13, item("Latte", "Triple", notes="Double shot"))
     syrup = order(14, item("Latte"), item("Mocha", "Vanilla Syrup"))
-    packed(tmp_path, "taskmaster4", [*orders(), shot, syrup])
-    loaded = load("taskmaster4", tmp_path, goal_set="hard", goals=6)
-    assert not {"o9", "o11", "o13", "o14"} & {case.id for case in loaded.cases}
-    assert sorted(loaded.left_out.values()) == [1, 4]
-    said = " ".join(text for case in loaded.cases for text in texts(case))
+    file = packed(tmp_path, "taskmaster4", [*orders(), shot, syrup])
+    cases = load("taskmaster4", tmp_path, goal_set="hard", goals=6)
+    assert not {"o9", "o11", "o13", "o14"} & {case.id for case in cases}
+    assert sorted(left_out("taskmaster4", file, "hard", 6).values()) == [1, 4]
+    said = " ".join(text for case in cases for text in texts(case))
     assert "note" not in said
     assert "syrup" not in said
     assert {"o9", "o13", "o14"} < {case.id for case in made(tmp_path, "taskmaster4", "random")}
@@ -385,7 +389,9 @@ def test_shared_words_order_the_tiers() -> None:
 def test_the_list_needs_no_folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.delenv("GOALSCOPE_DATA", raising=False)
     shown = CliRunner().invoke(data, ["list"]).stdout
-    assert all(dataset.title in shown for dataset in DATASETS.values())
+    for each in DATASETS.values():
+        assert each.title in shown
+        assert each.source in shown
     assert " there " not in shown
     packed(tmp_path, "casino", [deal(1)])
     told = CliRunner().invoke(data, ["list", "--data", str(tmp_path), "--json"]).stdout
@@ -394,6 +400,8 @@ def test_the_list_needs_no_folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatc
     there = {name: [split for split, f in row["files"].items() if f["there"]]
              for name, row in rows.items()}  # fmt: skip
     assert there == {name: ["valid"] if name == "casino" else [] for name in DATASETS}
+    monkeypatch.setenv("GOALSCOPE_DATA", str(tmp_path))
+    assert " there " in CliRunner().invoke(data, ["list"]).stdout
 
 
 @real
@@ -406,33 +414,35 @@ def test_real_sets_have_the_cases_that_their_rows_give() -> None:
         ("alfred", "train", "random"): (6573, 1),
         ("taskmaster4", "dev", "random"): (2108, 85),
     }
-    for (name, split, goal_set), (cases, left_out) in counts.items():
-        loaded = load(name, folder, split=split, goal_set=goal_set)
-        assert (len(loaded.cases), sum(loaded.left_out.values())) == (cases, left_out), name
-        for case in loaded.cases:
+    for (name, split, goal_set), (count, none) in counts.items():
+        cases = load(name, folder, split=split, goal_set=goal_set)
+        file = DATASETS[name].file(folder, split)
+        missing = sum(left_out(name, file, goal_set, 20).values())
+        assert (len(cases), missing) == (count, none), name
+        for case in cases:
             assert len({canonical(text) for text in texts(case)}) == (6 if name == "casino" else 20)
 
 
 @real
 def test_real_hard_orders_change_exactly_one_attribute() -> None:
-    loaded = load("taskmaster4", data_folder(None), goal_set="hard")
-    assert len(loaded.cases) >= 200
-    for case in loaded.cases:
+    cases = load("taskmaster4", data_folder(None), goal_set="hard")
+    assert len(cases) >= 200
+    for case in cases:
         assert "note:" not in " ".join(texts(case))
         assert [changes(true(case), t) for t in texts(case) if t != true(case)] == [1] * 19, case.id
 
 
 @real
 def test_a_limited_real_alfred_is_a_fair_sample() -> None:
-    cases = load("alfred", data_folder(None), limit=100).cases
+    cases = load("alfred", data_folder(None), limit=100)
     assert len({case.group.split("|")[0] for case in cases}) == 7
 
 
 @real
 def test_a_limit_of_a_real_set_is_a_prefix() -> None:
     folder = data_folder(None)
-    whole = load("teach", folder, goal_set="hard").cases
-    assert load("teach", folder, goal_set="hard", limit=9).cases == whole[:9]
+    whole = load("teach", folder, goal_set="hard")
+    assert load("teach", folder, goal_set="hard", limit=9) == whole[:9]
 
 
 def test_what_is_exported_is_what_is_read(tmp_path: Path) -> None:
@@ -441,7 +451,7 @@ def test_what_is_exported_is_what_is_read(tmp_path: Path) -> None:
     call = ["export", "teach", "--data", str(tmp_path), "--goals", "3", "--out", str(out)]
     told = CliRunner().invoke(data, call)
     assert (told.exit_code, told.stdout) == (0, "")
-    assert read_cases(out) == load("teach", tmp_path, goals=3).cases
+    assert read_cases(out) == load("teach", tmp_path, goals=3)
     assert "is there already" in str(CliRunner().invoke(data, call).exception)
 
 

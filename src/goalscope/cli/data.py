@@ -113,6 +113,6 @@ def export(
         seed=seed,
         limit=limit,
     )
-    write_cases(found.cases, out)
-    told = f"{out}: {pluralize(len(found.cases), 'dialogue')}"
+    write_cases(found, out)
+    told = f"{out}: {pluralize(len(found), 'dialogue')}"
     console(stderr=True).print(terminal_safe(told), soft_wrap=True)

@@ -15,6 +15,7 @@ import typer
 
 from goalscope.cli.fit import Device, FitModel, base_of, check_fit, engine_of
 from goalscope.cli.options import Json, Model, ReadingAdapter, ReadingForm, Seed
+from goalscope.cli.tables import show_tables
 from goalscope.cli.terminal import console, measuring, model_names, progress
 from goalscope.types import InvalidInputError
 
@@ -66,6 +67,7 @@ def bench_reading(
         read_lines,
         score,
     )
+    from goalscope.experiment.summary import Table, percent
     from goalscope.models.opening import open_reader
     from goalscope.orders import order_to_json, orders_to_text
     from goalscope.reader import Reader
@@ -121,17 +123,20 @@ def bench_reading(
         told = {"scores": scores, "asking": [asdict(each) for each in costs], "seconds": median}
         print(json.dumps({**told, "lines": rows}, ensure_ascii=False))
         return
-    from rich.box import SIMPLE_HEAD
-    from rich.table import Table
-
-    table = Table(box=SIMPLE_HEAD, pad_edge=False)
-    for heading in ("", "messages", "exact", "precision", "recall", "F1", "F1 with quantities"):
-        table.add_column(heading, justify="left" if not heading else "right")
-    for name, each in found.items():
-        shares = (each.precision, each.recall, each.f1, each.quantity_f1)
-        table.add_row(name, f"{each.lines}", f"{each.exact:.1%}", *(f"{x:.3f}" for x in shares))
+    rows = [
+        {
+            "domain": name,
+            "messages": each.lines,
+            "exact": percent(each.exact),
+            "precision": each.precision,
+            "recall": each.recall,
+            "F1": each.f1,
+            "F1 with quantities": each.quantity_f1,
+        }
+        for name, each in found.items()
+    ]
+    show_tables([Table("reading", "Messages read", rows)], as_json)
     out = console()
-    out.print(table)
     out.print(f"Median time of a message: {median:.2f} s. Not read: {found['all'].unread:.1%}.")
     for each in costs:
         out.print(

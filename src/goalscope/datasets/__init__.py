@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 from collections.abc import Callable, Iterator, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from pathlib import Path
 
 from goalscope.datasets.alfred import alfred
@@ -20,9 +20,9 @@ from goalscope.types import InvalidInputError
 __all__ = [
     "DATASETS",
     "OPENING",
+    "READERS",
     "Case",
     "Dataset",
-    "Loaded",
     "data_folder",
     "load",
     "named_folder",
@@ -78,19 +78,6 @@ class Dataset:
                 f"it comes from {self.source}. Put it there; `goalscope data list` names the files."
             )
         return file
-
-
-@dataclass(frozen=True, slots=True)
-class Loaded:
-    """What `load` found.
-
-    Attributes:
-        cases: In the order of the file; those of ALFRED in one that the seed draws.
-        left_out: How many dialogues of the whole split cannot be used, by the reason.
-    """
-
-    cases: list[Case]
-    left_out: Mapping[str, int] = field(default_factory=dict[str, int])
 
 
 DATASETS: Mapping[str, Dataset] = {
@@ -175,13 +162,14 @@ DATASETS: Mapping[str, Dataset] = {
 }
 """All datasets by their names."""
 
-_READERS: Mapping[str, _Reader] = {
+READERS: Mapping[str, _Reader] = {
     "teach": teach,
     "multiwoz": multiwoz,
     "casino": casino,
     "alfred": alfred,
     "taskmaster4": taskmaster,
 }
+"""Readers by the names of datasets: of a file, a goal set, a number of goals and a seed."""
 
 
 def data_folder(given: Path | None) -> Path:
@@ -218,8 +206,10 @@ def load(
     goals: int = 20,
     seed: int = 1,
     limit: int | None = None,
-) -> Loaded:
-    """Read a split of a dataset. A case depends on the split and the seed, not on other cases.
+) -> list[Case]:
+    """Cases of a dataset, each of which depends on the split and the seed, not on other cases.
+
+    They are in the order of the file; those of ALFRED in one that the seed draws.
 
     Args:
         name: Of the dataset.
@@ -233,8 +223,8 @@ def load(
     Raises:
         InvalidInputError: An option is unknown, a file is missing or broken, or there is no case.
     """
-    if name not in _READERS:
-        raise InvalidInputError(f"There are no dialogues {shown(name)}; {nearest(name, _READERS)}")
+    if name not in READERS:
+        raise InvalidInputError(f"There are no dialogues {shown(name)}; {nearest(name, READERS)}")
     dataset = DATASETS[name]
     goal_set = goal_set or dataset.goal_sets[0]
     if goal_set not in dataset.goal_sets:
@@ -250,7 +240,7 @@ def load(
     cases: list[Case] = []
     left_out: dict[str, int] = {}
     ids: set[str] = set()
-    for case in _READERS[name](file, goal_set, goals, seed):
+    for case in READERS[name](file, goal_set, goals, seed):
         if isinstance(case, str):
             left_out[case] = left_out.get(case, 0) + 1
             continue
@@ -263,4 +253,4 @@ def load(
         raise InvalidInputError(
             f"{file} holds no dialogue that can be used: {why or 'it is empty'}."
         )
-    return Loaded(cases[:limit], left_out)
+    return cases[:limit]

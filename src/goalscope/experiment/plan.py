@@ -250,7 +250,7 @@ def _dialogue_specs(
                 goals=part.goals,
                 seed=part.seed,
                 limit=part.limit,
-            ).cases
+            )
         for case in cases:
             for layout in part.layouts:
                 yield {
@@ -277,7 +277,7 @@ def _change_specs(
             "random and turns up to the third after it. Leave out 'jsonl', 'turns', 'goal_sets'."
         )
     split = part.split or DATASETS[part.set].split
-    cases = load(part.set, _needed(folder), split=split, goals=part.goals, seed=part.seed).cases
+    cases = load(part.set, _needed(folder), split=split, goals=part.goals, seed=part.seed)
     found = changes_of(cases, round=round, goals=part.goals, seed=part.seed)
     for script, layout in itertools.product(found[: part.limit], part.layouts):
         yield {

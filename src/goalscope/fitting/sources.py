@@ -78,7 +78,7 @@ def read_source(name: str, folder: Path | None, *, goals: int = 20, seed: int = 
         split = split or ("train" if "train" in dataset.files else dataset.split)
         file, licence = dataset.file(where, split), dataset.licence
         lists = [
-            load(set, where, split=split, goal_set=goal_set, goals=goals, seed=seed).cases
+            load(set, where, split=split, goal_set=goal_set, goals=goals, seed=seed)
             for goal_set in dataset.goal_sets
         ]
     judging = [case for cases in lists for case in cases[: start or 0]]
