@@ -1,4 +1,4 @@
-"""How sure a figure is: intervals, paired differences, and how good a belief's probabilities are.
+"""Statistics: intervals, paired differences, and scores of a belief's probabilities.
 
 Every function that draws does so from its own `seed`, so the same data give the same figures.
 """

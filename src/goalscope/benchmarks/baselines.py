@@ -1,4 +1,4 @@
-"""What goal inference has to beat: likeness of words or meaning, and a model that is asked."""
+"""Baselines of goal inference: similarity of words or meaning, and a model that is asked."""
 
 from __future__ import annotations
 

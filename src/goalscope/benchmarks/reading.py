@@ -1,4 +1,4 @@
-"""How well messages are read: a model's orders beside those that people wrote down."""
+"""Scores how messages are read: a model's orders against those that people wrote down."""
 
 from __future__ import annotations
 

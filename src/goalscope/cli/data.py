@@ -92,7 +92,7 @@ def export(
         str | None, typer.Option(help="How wrong goals are drawn.  [default: the set's first]")
     ] = None,
     goals: Annotated[int, typer.Option(min=2, help="Goals of each dialogue.")] = 20,
-    limit: Annotated[int | None, typer.Option(min=1, help="Only so many, the first.")] = None,
+    limit: Annotated[int | None, typer.Option(min=1, help="Only the first so many.")] = None,
     seed: Annotated[int, typer.Option(help="Of the draw of wrong goals.")] = 1,
     folder: Folder = None,
 ) -> None:

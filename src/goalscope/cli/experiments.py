@@ -1,4 +1,4 @@
-"""`goalscope bench` and `experiment`: what is measured, and the tables of it."""
+"""`goalscope bench` and `experiment`: measure, and print tables of the results."""
 
 from __future__ import annotations
 
@@ -44,7 +44,7 @@ Folder = Annotated[
     Path | None,
     typer.Option("--results", metavar="DIR", help="Folder of results.  [default: results]"),
 ]
-Limit = Annotated[int | None, typer.Option(min=1, help="Only so many, the first ones.")]
+Limit = Annotated[int | None, typer.Option(min=1, help="Only the first so many.")]
 On = Annotated[
     str | None,
     typer.Option(
@@ -55,7 +55,7 @@ On = Annotated[
 Workers = Annotated[int, typer.Option(min=1, help="Number of processes for --on dask.")]
 Anyway = Annotated[
     bool,
-    typer.Option("--anyway", help="Go on although code, prompts or a model have changed since."),
+    typer.Option("--anyway", help="Continue although code, prompts or a model have changed since."),
 ]
 
 
@@ -82,7 +82,7 @@ def mcq(
     """Infer whose rephrased answer explains the words of the right one (Sec. 4.1).
 
     Each question has choices, and four rephrasings of each choice are the goals. Rephrasings that
-    the file lacks are written by the model. Run again, it does what is missing.
+    the file lacks are written by the model. Run again, it measures only what is missing.
     """
     from goalscope.datasets import DATASETS
     from goalscope.experiment.plan import Experiment, QuestionsPart
@@ -120,7 +120,9 @@ def dialogues(
     goals: Annotated[int, typer.Option(min=2, help="Goals for each dialogue.")] = 20,
     seed: Seed = 1,
     limit: Limit = None,
-    turns: Annotated[int | None, typer.Option(min=1, help="Only so many turns of each.")] = None,
+    turns: Annotated[
+        int | None, typer.Option(min=1, help="Only the first so many turns of each.")
+    ] = None,
     model: Model = None,
     generator: Writer = None,
     scorer: Scorer = None,
@@ -140,7 +142,7 @@ def dialogues(
     """Infer the goals of people in real dialogues, turn by turn.
 
     Beside it stand word likeness (TF-IDF, BM25), sentence embeddings, and the model asked
-    outright. Run again, it does what is missing.
+    outright. Run again, it measures only what is missing.
     """
     if bool(set) == bool(jsonl):
         raise InvalidInputError(
@@ -188,9 +190,9 @@ def run_experiment(
     anyway: Anyway = False,
     as_json: Json = False,
 ) -> None:
-    """Do what is missing of an experiment, and print its tables.
+    """Run the missing cells of an experiment, and print its tables.
 
-    Whatever stops it, what was measured is kept, and the same command goes on.
+    Whatever stops it, results are kept, and the same command continues.
     """
     from dataclasses import replace
 

@@ -1,4 +1,4 @@
-"""`goalscope report`: what was measured, as Markdown with tables and figures."""
+"""`goalscope report`: results as Markdown with tables and figures."""
 
 from __future__ import annotations
 

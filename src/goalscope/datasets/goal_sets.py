@@ -1,4 +1,4 @@
-"""Which wrong goals stand beside the true one. Chance depends on the seed and the case alone."""
+"""Draws the wrong goals beside the true one; the draw depends on the seed and the case alone."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ __all__ = ["by_shared_words", "chance", "draw", "goal_key"]
 
 
 def chance(seed: int, id: str) -> random.Random:
-    """The source of chance of one case, whatever other cases there are."""
+    """The random numbers of one case, whatever other cases there are."""
     return random.Random(f"{seed} {id}")
 
 

@@ -1,1 +1,1 @@
-"""Experiments: cells that are each measured once, and the tables made of them."""
+"""Experiments: cells that are measured once each, and tables of their results."""

@@ -256,7 +256,7 @@ def _settings(spec: Mapping[str, Any]) -> dict[str, Any]:
 
 
 def _records(cells: Sequence[Measured]) -> Iterator[Record]:
-    """Let each predictor believe, and score what it believes."""
+    """Score what each predictor believes."""
     known = {result["seen"] for _, result in cells if result.get("seen") is not None}
     for cell in cells:
         spec, result = cell

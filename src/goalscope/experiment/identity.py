@@ -24,10 +24,10 @@ _SHOWN = (
     *("cli", "display", "report"),
     *("stats", "datasets", "experiment", "fitting", "calibrating", "why"),
 )
-"""Modules, by how their names begin, that do not take part in the measuring of a cell."""
+"""Modules, by the start of their names, that do not affect what is measured."""
 
 _WORK = Path("experiment", "work.py")
-"""The one of them that does."""
+"""The exception."""
 
 
 _open: dict[str, OpenModel] = {}
@@ -37,9 +37,9 @@ _fingerprints: dict[str, str] = {}
 def opened(
     model: Mapping[str, Any], report: Callable[[str, float], object] | None = None
 ) -> OpenModel:
-    """The model of a cell; it stays open until another one is asked for.
+    """The model of a cell; it stays open until another one is opened.
 
-    `report` is told what a first use tries, as by `open_model`.
+    `report` is called with the progress of a first use, as by `open_model`.
     """
     key = _key(model)
     if key not in _open:

@@ -1,4 +1,4 @@
-"""What an experiment is to measure: a TOML file, or a command's options, as cells' specs."""
+"""Plans of experiments: the specs of the cells that are to be measured."""
 
 from __future__ import annotations
 
@@ -43,7 +43,7 @@ class QuestionsPart:
 
     Attributes:
         file: From the data folder, or a path of its own.
-        limit: Only so many, the first ones.
+        limit: Only the first so many.
         layouts: Where the likelihood prompt states the goal.
     """
 
@@ -63,8 +63,8 @@ class DialoguesPart:
         goal_sets: How wrong goals are drawn.
         goals: How many goals there are for each dialogue.
         seed: Of the draw of goals.
-        limit: Only so many dialogues, the first ones.
-        turns: Only so many turns of each, the first ones.
+        limit: Only the first so many dialogues.
+        turns: Only the first so many turns of each.
         layouts: Where the likelihood prompt states the goal.
         end_of_turn: Whether the end of the utterance is scored.
         outright: Whether the model is asked for the goal outright, too.
@@ -148,8 +148,8 @@ class Experiment:
 
     Attributes:
         name: Of the file of results.
-        title: For people.
-        source: What of the paper it reproduces, if anything.
+        title: What people see.
+        source: The section or figure of the paper that it reproduces, if any.
         models: Arguments of `open_model`, each a model.
         questions: Parts of one kind, as for the next two.
         dialogues: Parts.
@@ -190,7 +190,7 @@ def specs_of(experiment: Experiment, folder: Path | None) -> list[dict[str, Any]
 
 
 def judging(experiment: Experiment, cells: Sequence[Cell]) -> list[dict[str, Any]]:
-    """Specs of the evaluator's cells, for the episodes that are done."""
+    """Specs of the evaluator's cells, one for each finished episode."""
     judge = experiment.judge
     done = [cell for cell in cells if cell.spec["kind"] == "episode" and cell.result]
     specs: list[dict[str, Any]] = []
@@ -344,7 +344,7 @@ def _episode_specs(part: EpisodesPart, model: Model) -> Iterator[dict[str, Any]]
 
 
 def _run_of(cell: Cell) -> dict[str, Any]:
-    """What of a run an evaluator's cell is to name."""
+    """What an evaluator's cell names of the run."""
     return {
         "key": cell.key,
         "kind": "episode",

@@ -1,4 +1,4 @@
-"""What each predictor makes of a dialogue: beliefs from measured evidence, likeness or answers."""
+"""Predictors of a dialogue's goal: beliefs from evidence, similarity or a model's answers."""
 
 from __future__ import annotations
 

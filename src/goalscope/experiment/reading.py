@@ -1,4 +1,4 @@
-"""Experiments as TOML files: read with care, or refused with the nearest word that is known."""
+"""Reads experiments from TOML files; an unknown word is refused with the nearest known one."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What experiments measured, cell by cell, in the same kind of file as episodes."""
+"""Results of experiments, cell by cell, in the same kind of database as episodes."""
 
 from __future__ import annotations
 
@@ -50,12 +50,12 @@ class Results(Store):
 
     @property
     def about(self) -> dict[str, Any]:
-        """What the experiment says of itself: name, title, source, and what was asked for."""
+        """Facts about the experiment: name, title, source, and the plans that were asked for."""
         with self.reading() as connection:
             return {row.name: json.loads(row.value) for row in connection.execute(select(ABOUT))}
 
     def describe(self, facts: Mapping[str, Any]) -> None:
-        """Keep facts of the experiment, each in the place of an earlier one of its name."""
+        """Store facts about the experiment; each replaces an earlier one of the same name."""
         with self.writing() as connection:
             for name, value in facts.items():
                 text = dumps(value)
@@ -64,13 +64,13 @@ class Results(Store):
                     connection.execute(ABOUT.insert(), {"name": name, "value": text})
 
     def check(self, identity: Mapping[str, str]) -> None:
-        """Refuse to go on where cells were measured with something else.
+        """Refuse to continue if cells were measured with other code, prompts or weights.
 
         Args:
             identity: What the next cells will be measured with; see `identity_of`.
 
         Raises:
-            InvalidInputError: Another code, other prompts, or other weights of the same model.
+            InvalidInputError: Something differs; names it.
         """
         done = [cell.identity for cell in self.cells() if cell.identity]
         changed = [
@@ -85,7 +85,7 @@ class Results(Store):
             )
 
     def plan(self, specs: Iterable[Mapping[str, Any]]) -> list[Cell]:
-        """The cells of these specs, as far as they are; those that are new are noted."""
+        """The cells of these specs; new ones are added."""
         keys = {cell_key(spec): spec for spec in specs}
         with self.writing() as connection:
             known = set(connection.scalars(select(CELLS.c.key)))
@@ -95,7 +95,7 @@ class Results(Store):
         return self.planned(keys.values())
 
     def planned(self, specs: Iterable[Mapping[str, Any]]) -> list[Cell]:
-        """The cells of these specs that are there, each once, in the order of the specs."""
+        """The existing cells of these specs, each once, in the order of the specs."""
         found = {cell.key: cell for cell in self.cells()}
         keys = dict.fromkeys(map(cell_key, specs))
         return [found[key] for key in keys if key in found]
@@ -107,11 +107,11 @@ class Results(Store):
             return [_cell(row) for row in connection.execute(query)]
 
     def ask_for(self, cells: Iterable[Cell], command: str = "") -> None:
-        """Note that these are the cells of the newest plan with their settings.
+        """Record these cells as the newest plan with their settings.
 
         Args:
-            cells: That were planned.
-            command: What a person said to have them measured.
+            cells: All cells of the plan.
+            command: The command line that asked for them.
         """
         asked: dict[str, dict[str, Any]] = {}
         for cell in cells:
@@ -122,15 +122,15 @@ class Results(Store):
     def asked_for(self) -> list[Cell]:
         """The cells of the newest plan with each setting.
 
-        Cells that a later plan with the same settings leaves out are passed over: those of people
-        who have been edited since, or beyond a limit.
+        Cells that a later plan with the same settings leaves out are not among them, such as those
+        of people who have been edited since, or beyond a limit.
         """
         plans = self.about.get("asked", {}).values()
         asked = {key for plan in plans for key in plan["keys"]}
         return [cell for cell in self.cells() if cell.key in asked]
 
     def commands(self, cells: Iterable[Cell]) -> list[str]:
-        """The commands that asked for these cells, each once."""
+        """The command lines that asked for these cells, each once."""
         keys = {cell.key for cell in cells}
         plans = self.about.get("asked", {}).values()
         found = [plan["command"] for plan in plans if keys & set(plan["keys"])]
@@ -170,7 +170,7 @@ class Results(Store):
             connection.execute(CELLS.update().where(row.key == key).values(values))
 
     def fail(self, key: str, error: str, attempts: int = 1) -> None:
-        """Note why an attempt at a cell, or so many, failed."""
+        """Store why an attempt at a cell failed, or so many attempts."""
         with self.writing() as connection:
             values = {"error": error, "attempts": CELLS.c.attempts + attempts}
             connection.execute(CELLS.update().where(CELLS.c.key == key).values(values))

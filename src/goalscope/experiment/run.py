@@ -1,4 +1,4 @@
-"""Do of an experiment what is missing, here or on a cluster; each cell is kept as it is done."""
+"""Runs the missing cells of an experiment, here or on a cluster, and keeps each result."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ from goalscope.types import GoalscopeError, InvalidInputError
 __all__ = ["Done", "check_packages", "run", "sole"]
 
 _FAILURES = 5
-"""Cells that may fail one after the other before the rest is not even tried."""
+"""After so many failures in a row the remaining cells are not tried."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -43,7 +43,7 @@ class Done:
 
 
 def check_packages() -> None:
-    """Refuse to begin what could not be finished.
+    """Check that all packages that experiments need are installed.
 
     Raises:
         GoalscopeError: A package that experiments need is missing; says what to install.
@@ -54,10 +54,10 @@ def check_packages() -> None:
 
 @contextmanager
 def sole(file: Path) -> Generator[None]:
-    """Be the only process that adds to a file of results.
+    """Lock a file of results, so that no other process adds to it.
 
     Raises:
-        InvalidInputError: Another one does.
+        InvalidInputError: Another process holds the lock.
     """
     lock = FileLock(f"{file}.lock")
     try:
@@ -86,9 +86,9 @@ def run(
     anyway: bool = False,
     command: str = "",
 ) -> Iterator[Done]:
-    """Measure the cells that have no result, and keep each as soon as it has.
+    """Measure the cells that have no result, and store each result as it comes.
 
-    A cell that failed is left for the next call; after five failures in a row the rest is, too.
+    Failed cells are tried again by the next call; five failures in a row end this one.
 
     Args:
         experiment: What is to be measured.
@@ -98,13 +98,13 @@ def run(
             of a Dask scheduler, such as "tcp://host:8786".
         workers: Number of processes for "dask".
         anyway: Go on although code, prompts or a model have changed since the first results.
-        command: What a person said to have this done; kept beside the results.
+        command: The command line that asked for it; kept beside the results.
 
     Yields:
         How far it is: first before any cell, then after each.
 
     Raises:
-        InvalidInputError: What is measured with has changed.
+        InvalidInputError: Code, prompts or a model have changed since the first results.
         GoalscopeError: Too many cells failed in a row, or a package is missing.
     """
     check_packages()
@@ -144,7 +144,7 @@ def run(
 def _measured(
     results: Results, cells: Sequence[Cell], on: str | None, workers: int
 ) -> Generator[tuple[Cell, str | None]]:
-    """Measure cells and keep what comes, or why it does not."""
+    """Measure cells, and store their results or errors."""
     if on is None:
         for cell in cells:
             try:
@@ -167,7 +167,7 @@ def _measured(
 
 
 def _kept(results: Results, cell: Cell, outcome: Any, attempts: int = 1) -> str | None:
-    """Keep a result, or the error in its place, which is returned."""
+    """Store a result, or the error in its place; returns the error."""
     if not isinstance(outcome, Exception):
         try:
             dumps(outcome)

@@ -1,4 +1,4 @@
-"""Measure one cell: a function from JSON to JSON that any process on any machine can run."""
+"""Measures one cell: a function from JSON to JSON that any process on any machine can run."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ __all__ = ["measure", "perform"]
 
 
 def perform(task: Mapping[str, Any]) -> dict[str, Any]:
-    """Measure a cell as a worker does, on the same footing as the process that planned it.
+    """Measure a cell in a worker, with the code and model of the process that planned it.
 
     Args:
         task: The `spec` of the cell, and the `identity` that it is to be measured with.
@@ -44,7 +44,7 @@ def perform(task: Mapping[str, Any]) -> dict[str, Any]:
 
 
 def measure(spec: Mapping[str, Any]) -> dict[str, Any]:
-    """Measure a cell; its model has forgotten all others, so that their order does not matter."""
+    """Measure a cell with an empty cache, so that the order of cells does not matter."""
     model = opened(spec["model"])
     for part in parts(model):
         forget = getattr(part, "clear_cache", None)
