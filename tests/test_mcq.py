@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import math
 import os
+from dataclasses import asdict
 from pathlib import Path
 
 import pytest
@@ -52,7 +53,7 @@ def test_what_was_read_is_written_and_read_again(tmp_path):
     rows = [ROW, {**ROW, "id": "r", "rephrasings": REPHRASED}]
     questions = read_rows(tmp_path, *rows)
     assert questions[1] == Question("r", "Which fruit?", CHOICES, "A", REPHRASED)
-    assert read_rows(tmp_path, *[each.to_json() for each in questions]) == questions
+    assert read_rows(tmp_path, *map(asdict, questions)) == questions
 
 
 def test_choices_in_the_same_words_are_kept(tmp_path):

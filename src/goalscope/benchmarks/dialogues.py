@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from dataclasses import asdict
 from typing import Any
 
@@ -13,28 +12,9 @@ from goalscope.likelihood import Layout, RolePlay
 from goalscope.models import OpenModel
 from goalscope.models.adapters import FITTED_DIALOGUES, FITTED_GOALS
 from goalscope.models.opening import parts
-from goalscope.types import UNSPECIFIED, Goal, Turn
+from goalscope.types import UNSPECIFIED
 
-__all__ = ["case_from_json", "case_to_json", "measure_dialogue", "measure_evidence"]
-
-
-def case_to_json(case: Case) -> dict[str, Any]:
-    """The case as JSON, for a cell that any machine can measure."""
-    return {
-        "id": case.id,
-        "group": case.group,
-        "task": case.task,
-        "turns": [asdict(turn) for turn in case.turns],
-        "goals": [goal.text for goal in case.goals],
-        "truth": case.truth,
-    }
-
-
-def case_from_json(data: Mapping[str, Any]) -> Case:
-    """The case of `case_to_json`."""
-    turns = tuple(Turn(**turn) for turn in data["turns"])
-    goals = tuple(Goal(text) for text in data["goals"])
-    return Case(data["id"], data["group"], data["task"], turns, goals, data["truth"])
+__all__ = ["measure_dialogue", "measure_evidence"]
 
 
 def measure_evidence(

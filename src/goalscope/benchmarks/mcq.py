@@ -6,7 +6,7 @@ import csv
 import io
 from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass
 from itertools import cycle, islice
 from pathlib import Path
 from typing import Any
@@ -54,10 +54,6 @@ class Question:
     choices: Mapping[str, str]
     answer: str
     rephrasings: Mapping[str, Sequence[str]]
-
-    def to_json(self) -> dict[str, Any]:
-        """The question as a row of the file that `read_questions` reads."""
-        return asdict(self)
 
 
 def read_questions(file: Path, limit: int | None = None) -> list[Question]:

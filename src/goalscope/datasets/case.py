@@ -4,11 +4,12 @@ from __future__ import annotations
 
 import hashlib
 from collections.abc import Iterable
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
+from typing import Any
 
 from goalscope.types import Goal, Turn
 
-__all__ = ["OPENING", "Case", "said_key", "turns_of"]
+__all__ = ["OPENING", "Case", "case_to_json", "said_key", "turns_of"]
 
 OPENING = "Hello, how can I help you?"
 """What the assistant is taken to have said where the person speaks first."""
@@ -33,6 +34,18 @@ class Case:
     turns: tuple[Turn, ...]
     goals: tuple[Goal, ...]
     truth: int
+
+
+def case_to_json(case: Case) -> dict[str, Any]:
+    """The case as JSON, for a cell that any machine can measure."""
+    return {
+        "id": case.id,
+        "group": case.group,
+        "task": case.task,
+        "turns": [asdict(turn) for turn in case.turns],
+        "goals": [goal.text for goal in case.goals],
+        "truth": case.truth,
+    }
 
 
 def said_key(turns: Iterable[Turn]) -> str:

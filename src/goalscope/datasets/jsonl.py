@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import json
 from collections.abc import Iterable
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass
 from pathlib import Path
 
-from goalscope.datasets.case import Case
+from goalscope.datasets.case import Case, case_to_json
 from goalscope.datasets.files import Row, own_rows
 from goalscope.envs.tables import nearest, shown
 from goalscope.types import UNSPECIFIED, Goal, InvalidInputError, Turn, canonical, distinct
@@ -91,17 +91,9 @@ def write_cases(cases: Iterable[Case], file: Path) -> None:
     Raises:
         InvalidInputError: The file is there already, or cannot be written.
     """
-    rows = [
-        {
-            "id": case.id,
-            "group": case.group,
-            "task": case.task,
-            "turns": [asdict(turn) for turn in case.turns],
-            "goals": [goal.text for goal in case.goals],
-            "true": case.goals[case.truth].text,
-        }
-        for case in cases
-    ]
+    rows = [case_to_json(case) for case in cases]
+    for row in rows:
+        row["true"] = row["goals"][row.pop("truth")]
     try:
         with file.open("x", encoding="utf-8", newline="\n") as lines:
             lines.writelines(json.dumps(row, ensure_ascii=False) + "\n" for row in rows)

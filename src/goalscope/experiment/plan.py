@@ -4,14 +4,14 @@ from __future__ import annotations
 
 import itertools
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import asdict, dataclass, field, replace
 from pathlib import Path
 from typing import Any, Literal, get_args
 
 from goalscope.agent import Method
-from goalscope.benchmarks.dialogues import case_to_json
 from goalscope.benchmarks.mcq import read_questions
-from goalscope.datasets import DATASETS, load, read_cases
+from goalscope.datasets import DATASETS, data_folder, load, read_cases
+from goalscope.datasets.case import case_to_json
 from goalscope.datasets.changes import changes_of
 from goalscope.domains import Domain, Settings, profiles_of
 from goalscope.envs.tables import nearest, shown
@@ -213,7 +213,7 @@ def _question_specs(
 ) -> Iterator[dict[str, Any]]:
     for question in read_questions(_file(part.file, folder), part.limit):
         for layout in part.layouts:
-            yield {"kind": "mcq", "row": question.to_json(), "model": model, "layout": layout}
+            yield {"kind": "mcq", "row": asdict(question), "model": model, "layout": layout}
 
 
 def _dialogue_specs(
@@ -244,7 +244,7 @@ def _dialogue_specs(
             split = part.split or DATASETS[part.set].split
             cases = load(
                 part.set,
-                _needed(folder),
+                data_folder(folder),
                 split=split,
                 goal_set=goal_set,
                 goals=part.goals,
@@ -277,7 +277,7 @@ def _change_specs(
             "random and turns up to the third after it. Leave out 'jsonl', 'turns', 'goal_sets'."
         )
     split = part.split or DATASETS[part.set].split
-    cases = load(part.set, _needed(folder), split=split, goals=part.goals, seed=part.seed)
+    cases = load(part.set, data_folder(folder), split=split, goals=part.goals, seed=part.seed)
     found = changes_of(cases, round=round, goals=part.goals, seed=part.seed)
     for script, layout in itertools.product(found[: part.limit], part.layouts):
         yield {
@@ -358,12 +358,6 @@ def _achieved(cell: Cell) -> dict[str, Any]:
     if cell.spec["settings"]["domain"] == "grocery":
         return {"outcome": result["outcome"], "actions": []}
     return {"outcome": "", "actions": result["actions"]}
-
-
-def _needed(folder: Path | None) -> Path:
-    if folder is None:
-        raise InvalidInputError("Name the folder of the datasets with --data.")
-    return folder
 
 
 def _file(name: str, folder: Path | None) -> Path:

@@ -7,8 +7,9 @@ from collections.abc import Mapping
 from dataclasses import asdict
 from typing import Any
 
-from goalscope.benchmarks.dialogues import case_from_json, measure_dialogue, measure_evidence
+from goalscope.benchmarks.dialogues import measure_dialogue, measure_evidence
 from goalscope.benchmarks.mcq import Question, measure_question, rephrase
+from goalscope.datasets import Case
 from goalscope.domains import open_environment, profile_named, settings_of
 from goalscope.envs.grocery import GroceryShop
 from goalscope.experiment.identity import hashes_of, identity_of, opened, person_of
@@ -18,7 +19,7 @@ from goalscope.models.opening import MODEL_KEYS, parts
 from goalscope.rounds_json import round_to_json
 from goalscope.session import Session
 from goalscope.store import Store
-from goalscope.types import GoalscopeError, InvalidInputError
+from goalscope.types import Goal, GoalscopeError, InvalidInputError, Turn
 
 __all__ = ["measure", "perform"]
 
@@ -63,7 +64,10 @@ def _question(model: OpenModel, spec: Mapping[str, Any]) -> dict[str, Any]:
 
 
 def _dialogue(model: OpenModel, spec: Mapping[str, Any]) -> dict[str, Any]:
-    case = case_from_json(spec["case"])
+    data = spec["case"]  # of `case_to_json`
+    turns = tuple(Turn(**turn) for turn in data["turns"])
+    goals = tuple(map(Goal, data["goals"]))
+    case = Case(data["id"], data["group"], data["task"], turns, goals, data["truth"])
     way = {key: spec[key] for key in ("layout", "end_of_turn")}
     if spec["kind"] == "change":
         return measure_evidence(model, case, **way)
