@@ -2,21 +2,12 @@
 
 from __future__ import annotations
 
-import os
-import random
-import signal
-import subprocess
-import sys
-import time
-from pathlib import Path
-
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
 from goalscope.experiment.results import Results, cell_key
 from goalscope.rounds_json import round_to_json
-from goalscope.store import Store
 from goalscope.types import GoalscopeError, InvalidInputError
 from test_store import EPISODE, a_round, values_of
 
@@ -144,39 +135,3 @@ def test_a_later_plan_with_the_same_settings_takes_the_place_of_the_earlier(resu
     results.ask_for(results.plan([spec(2, 0), spec(3, 0)]))
     asked = [(cell.spec["row"], cell.spec["seed"]) for cell in results.asked_for()]
     assert asked == [(2, 0), (1, 7), (3, 0)]
-
-
-KEEPER = """
-import sys
-from test_results import CODE, an_episode
-from goalscope.experiment.results import Results
-results = Results.open(sys.argv[1])
-cells = results.plan({"n": n} for n in range(500))
-print("ready", flush=True)
-for cell in cells:
-    if cell.result is None:
-        results.keep(cell.key, an_episode(rounds=20), CODE)
-"""
-
-
-@pytest.mark.skipif(not hasattr(signal, "SIGKILL"), reason="the system has no SIGKILL")
-def test_a_kill_leaves_results_with_their_whole_episodes_and_no_others(tmp_path):
-    file, counts, chance = tmp_path / "r.db", [0], random.Random(5)
-    env = os.environ | {"PYTHONPATH": os.pathsep.join([str(Path(__file__).parent), *sys.path])}
-    for _ in range(2):
-        with subprocess.Popen(
-            [sys.executable, "-c", KEEPER, str(file)], stdout=subprocess.PIPE, env=env
-        ) as process:
-            assert process.stdout is not None
-            assert process.stdout.readline() == b"ready\n"
-            time.sleep(0.1 + 0.2 * chance.random())
-            process.send_signal(signal.SIGKILL)
-        with Store.open(file) as store:  # any store reads the episodes
-            episodes = {info.id: info.rounds for info in store.episodes()}
-        with Results.open(file) as results:
-            kept = [cell.result["episode"] for cell in results.cells() if cell.result]
-        assert sorted(kept) == sorted(episodes)
-        assert set(episodes.values()) == {20}
-        counts.append(len(kept))
-    assert counts == sorted(set(counts)), "each start keeps more, and loses nothing"
-    assert counts[-1] < 500, "the process was over before the signal"

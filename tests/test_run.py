@@ -4,12 +4,9 @@ from __future__ import annotations
 
 import json
 import os
-import random
-import signal
 import subprocess
 import sys
 import tempfile
-import time
 from pathlib import Path
 
 import pytest
@@ -283,37 +280,6 @@ def whole(tmp_path_factory):
     assert len(cells) == len(QUESTIONS)
     assert all(result for *_, result in cells)
     return file, tables, cells
-
-
-@pytest.mark.slow
-@pytest.mark.skipif(not hasattr(signal, "SIGKILL"), reason="the system has no SIGKILL")
-def test_killed_again_and_again_it_comes_to_the_same_tables(whole, tmp_path):
-    file, tables, cells = whole
-    chance, seen = random.Random(7), 0
-    for least in (0, 1, 2):  # results there are at the least when it is killed
-        with subprocess.Popen(
-            command(file, tmp_path), env=ENV, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE
-        ) as process:
-            deadline = time.monotonic() + 120
-            while process.poll() is None and time.monotonic() < deadline:
-                if (tmp_path / "tiny.db").exists() and kept(tmp_path) >= least:
-                    break
-                time.sleep(0.005)
-            time.sleep(0.05 * chance.random())
-            process.send_signal(signal.SIGKILL)
-        assert process.returncode == -signal.SIGKILL, "the run was over before the signal"
-        assert kept(tmp_path) >= max(least, seen)
-        seen = kept(tmp_path)
-    ran = subprocess.run(command(file, tmp_path), env=ENV, capture_output=True, text=True)
-    assert ran.returncode == 0, ran.stderr
-    assert measured(tmp_path) == (tables, cells)
-    with Results.open(tmp_path / "tiny.db") as results:
-        assert [cell.attempts for cell in results.cells()] == [1, 1, 1]
-
-
-def kept(folder):
-    with Results.open(folder / "tiny.db") as results:
-        return sum(cell.result is not None for cell in results.cells())
 
 
 def test_worker_processes_measure_the_same_to_the_bit(whole, tmp_path):
