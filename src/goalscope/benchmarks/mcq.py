@@ -150,24 +150,23 @@ def measure_question(
 
 def _csv_rows(file: Path) -> Iterator[Row]:
     """The rows of a CSV file, as the objects of JSON Lines."""
+    try:
+        text = file.read_text(encoding="utf-8-sig")
+    except (OSError, ValueError) as error:
+        cause = getattr(error, "strerror", None) or error
+        raise InvalidInputError(f"{file} cannot be read: {cause}.") from None
     columns = ("prompt", *LETTERS, "answer")
     number = 0
     try:
-        text = file.read_text(encoding="utf-8-sig")
         for number, row in enumerate(csv.DictReader(io.StringIO(text, newline="")), 1):
             label = f"{file}, row {number}"
             missing = [name for name in columns if not isinstance(row.get(name), str)]
             if missing or None in row:
                 why = f"{', '.join(missing)} is missing" if missing else "there are more values"
-                raise InvalidInputError(
-                    f"{label}: the columns must be {', '.join(columns)}; {why}."
-                )
+                raise InvalidInputError(f"{label}: the columns must be {', '.join(columns)}; {why}")
             choices = {letter: row[letter] for letter in LETTERS}
             given = {"prompt": row["prompt"], "choices": choices, "answer": row["answer"]}
             yield Row(label, {"id": f"row {number}", **given})
-    except (OSError, ValueError) as error:
-        cause = getattr(error, "strerror", None) or error
-        raise InvalidInputError(f"{file} cannot be read: {cause}.") from None
     except csv.Error as error:
         raise InvalidInputError(f"{file}, row {number + 1}: {error}") from None
 
