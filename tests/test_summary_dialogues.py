@@ -275,7 +275,7 @@ def test_sets_goal_sets_and_models_have_tables_of_their_own() -> None:
     spec, result = DIALOGUES[0]
     others = [({**spec, "goal_set": "random"}, result), ({**spec, "model": {}}, result)]
     found = read_dialogues([*DIALOGUES, *others])
-    assert [(part.name, number_of(part)) for part in found] == [
+    assert [(sample.name, number_of(sample)) for sample in found] == [
         ("teach-valid-hard-small", "2 dialogues"),
         ("teach-valid-hard-SmolLM2-135M-Instruct", "1 dialogue"),
         ("teach-valid-random-small", "1 dialogue"),
@@ -292,7 +292,7 @@ def test_labels_tell_the_models_of_one_task_apart_and_not_the_tasks() -> None:
     home = [(met(spec, set="home", goals=5), result) for spec, result in cells]
 
     def models(cells: list) -> list[str]:
-        return [part.records[0]["model"] for part in read_dialogues(cells)]
+        return [sample.records[0]["model"] for sample in read_dialogues(cells)]
 
     assert models([*shop, *home]) == ["small", "small"]
     more = [(met(spec, set="home", goals=7), result) for spec, result in cells]

@@ -15,8 +15,8 @@ from goalscope.experiment.predictors import AS_IN_PAPER, GOALSCOPE, among_goals
 from goalscope.experiment.summary import (
     NO_INTERVAL,
     Measured,
-    Part,
     Record,
+    Sample,
     Table,
     average,
     count,
@@ -48,7 +48,7 @@ NOTES = (
 )
 
 
-def read_changes(cells: Iterable[Measured]) -> tuple[Part, ...]:
+def read_changes(cells: Iterable[Measured]) -> tuple[Sample, ...]:
     """The cells of the kind "change", for each set, split and model, in this order.
 
     A record is what one `belief` made of one script: the mean `probabilities` [T, 2] of the first
@@ -58,7 +58,7 @@ def read_changes(cells: Iterable[Measured]) -> tuple[Part, ...]:
     Args:
         cells: Of any kind.
     """
-    parts: list[Part] = []
+    samples: list[Sample] = []
     for (name, split, _, model), group in by_settings(cells, "change"):
         records = [record for cell in group for record in _records(cell)]
         goals = max(len(spec["case"]["goals"]) for spec, _ in group)
@@ -66,13 +66,13 @@ def read_changes(cells: Iterable[Measured]) -> tuple[Part, ...]:
             f"{name}, {split}, {goals} random goals each, {model}, "
             f"{pluralize(len(group), 'dialogue')}"
         )
-        parts.append(Part("-".join(map(slug, (name, split, model))), title, records))
-    return tuple(parts)
+        samples.append(Sample("-".join(map(slug, (name, split, model))), title, records))
+    return tuple(samples)
 
 
-def change_table(part: Part) -> Table:
+def change_table(sample: Sample) -> Table:
     """In how many dialogues each belief follows, and holds the first goal before that."""
-    round = part.records[0]["round"]
+    round = sample.records[0]["round"]
     columns = (
         count(),
         *(average(f"followed within {k}", f"followed {k}", "percent") for k in range(1, AFTER + 1)),
@@ -80,10 +80,10 @@ def change_table(part: Part) -> Table:
         average(f"round {round - 1}", "first leads at last", "percent"),
         average(f"log-loss, round {round - 1}", "log-loss"),
     )
-    ways = dict.fromkeys(each["belief"] for each in part.records)
-    rows = rows_of([({"belief": way}, part.where(belief=way)) for way in ways], columns)
-    title = f"A change of mind at round {round}: {part.title}"
-    return Table(f"changes-{part.name}", title, rows, NOTES)
+    ways = dict.fromkeys(each["belief"] for each in sample.records)
+    rows = rows_of([({"belief": way}, sample.where(belief=way)) for way in ways], columns)
+    title = f"A change of mind at round {round}: {sample.title}"
+    return Table(f"changes-{sample.name}", title, rows, NOTES)
 
 
 def _records(cell: Measured) -> Iterator[Record]:

@@ -36,9 +36,9 @@ from goalscope.experiment.summary import (
     Estimate,
     Labels,
     Measured,
-    Part,
     Record,
     Row,
+    Sample,
     Table,
     average,
     chosen,
@@ -91,7 +91,7 @@ MODEL_NOTES = (
 )
 
 
-def read_dialogues(cells: Iterable[Measured]) -> tuple[Part, ...]:
+def read_dialogues(cells: Iterable[Measured]) -> tuple[Sample, ...]:
     """The cells of the kind "dialogue", for each set, split, goal set and model, in this order.
 
     A record is what a `predictor` believed after a `turn` of a `case`; `last` where the dialogue
@@ -102,7 +102,7 @@ def read_dialogues(cells: Iterable[Measured]) -> tuple[Part, ...]:
     Args:
         cells: Of any kind.
     """
-    parts: list[Part] = []
+    samples: list[Sample] = []
     for (name, split, goal_set, model), group in by_settings(cells, "dialogue"):
         own = goal_set == "own"
         most = max(len(spec["case"]["goals"]) for spec, _ in group)
@@ -110,19 +110,19 @@ def read_dialogues(cells: Iterable[Measured]) -> tuple[Part, ...]:
         task = ", ".join(filter(None, (name, "" if own else split, goals)))
         named = [slug(each) for each in (name, split, goal_set, model) if each]
         records = [{"task": task, "model": model, **each} for each in _records(group)]
-        parts.append(Part("-".join(named), f"{task}, {model}", records, tuple(_notes(group))))
-    return tuple(parts)
+        samples.append(Sample("-".join(named), f"{task}, {model}", records, tuple(_notes(group))))
+    return tuple(samples)
 
 
-def after_turn(part: Part, predictor: str, turn: int | None) -> list[Record]:
+def after_turn(sample: Sample, predictor: str, turn: int | None) -> list[Record]:
     """The records of a predictor after a turn; None for each dialogue's last."""
     which = {"last": True} if turn is None else {"turn": turn}
-    return part.where(predictor=predictor, **which)
+    return sample.where(predictor=predictor, **which)
 
 
-def number_of(part: Part) -> str:
+def number_of(sample: Sample) -> str:
     """How many dialogues there are, in words."""
-    return pluralize(len(after_turn(part, UNIFORM, None)), "dialogue")
+    return pluralize(len(after_turn(sample, UNIFORM, None)), "dialogue")
 
 
 def reliability_of(records: Sequence[Record]) -> Reliability:
@@ -162,43 +162,43 @@ COLUMNS: tuple[Columns, ...] = (
 )
 
 
-def dialogue_table(part: Part) -> Table:
+def dialogue_table(sample: Sample) -> Table:
     """What was predicted at turns 1 to 5, and at each dialogue's last."""
-    longer = any(each["turn"] > 1 for each in part.records)
+    longer = any(each["turn"] > 1 for each in sample.records)
     groups = [
         ({"predictor": predictor, "turn": _after(turn)}, records)
         for predictor, turn in product(PREDICTORS, TURNS if longer else (1,))
-        if (records := after_turn(part, predictor, turn))
+        if (records := after_turn(sample, predictor, turn))
     ]
-    title = f"Goals inferred from dialogues: {part.title}, {number_of(part)}"
-    notes = (*part.notes, *NOTES)
-    return Table(f"dialogues-{part.name}", title, rows_of(groups, COLUMNS), notes)
+    title = f"Goals inferred from dialogues: {sample.title}, {number_of(sample)}"
+    notes = (*sample.notes, *NOTES)
+    return Table(f"dialogues-{sample.name}", title, rows_of(groups, COLUMNS), notes)
 
 
-def model_tables(parts: Iterable[Part]) -> Iterator[Table]:
+def model_tables(samples: Iterable[Sample]) -> Iterator[Table]:
     """A table for each task that more than one model has met.
 
     Args:
-        parts: Of each task and model; the first model is what the others are compared with.
+        samples: Of each task and model; the first model is what the others are compared with.
     """
-    tasks: dict[str, list[Part]] = {}
-    for part in parts:
-        tasks.setdefault(part.records[0]["task"], []).append(part)
+    tasks: dict[str, list[Sample]] = {}
+    for sample in samples:
+        tasks.setdefault(sample.records[0]["task"], []).append(sample)
     for task, every in tasks.items():
         if len(every) > 1:
             rows = [
-                _compared(part, None if part is every[0] else every[0], turn)
+                _compared(sample, None if sample is every[0] else every[0], turn)
                 for turn in (1, 2, 3, None)
-                for part in every
-                if after_turn(part, GOALSCOPE, turn)
+                for sample in every
+                if after_turn(sample, GOALSCOPE, turn)
             ]
             yield Table(f"models-{slug(task)}", f"Models compared: {task}", rows, MODEL_NOTES)
 
 
-def _compared(part: Part, first: Part | None, turn: int | None) -> Row:
+def _compared(sample: Sample, first: Sample | None, turn: int | None) -> Row:
     """How good a belief is with one model, and how much more its figures are than another's."""
-    own = after_turn(part, GOALSCOPE, turn)
-    more, paper = ([*_differences(part, first, by, turn)] for by in (GOALSCOPE, AS_IN_PAPER))
+    own = after_turn(sample, GOALSCOPE, turn)
+    more, paper = ([*_differences(sample, first, by, turn)] for by in (GOALSCOPE, AS_IN_PAPER))
     return {
         "model": own[0]["model"],
         "turn": _after(turn),
@@ -213,12 +213,12 @@ def _compared(part: Part, first: Part | None, turn: int | None) -> Row:
 
 
 def _differences(
-    part: Part, first: Part | None, predictor: str, turn: int | None
+    sample: Sample, first: Sample | None, predictor: str, turn: int | None
 ) -> Iterator[Record]:
     """How much more a predictor's figures are than with the first model, on the same cases."""
     earlier = after_turn(first, predictor, turn) if first else ()
     before = {each["case"]["id"]: each for each in earlier}
-    for each in after_turn(part, predictor, turn):
+    for each in after_turn(sample, predictor, turn):
         other = before.get(each["case"]["id"])
         if other and other["case"] == each["case"]:
             gaps = {key: each[key] - other[key] for key in ("top1", "log_loss")}

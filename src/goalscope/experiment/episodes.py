@@ -13,9 +13,9 @@ from goalscope.experiment.summary import (
     Columns,
     Estimate,
     Labels,
-    Part,
     Record,
     Row,
+    Sample,
     Table,
     averaged,
     chosen,
@@ -80,10 +80,10 @@ class Reading:
     unscored: int
 
 
-def read_episodes(cells: Sequence[Cell]) -> tuple[Part, ...]:
+def read_episodes(cells: Sequence[Cell]) -> tuple[Sample, ...]:
     """The cells of the kind "episode" with the readings of those of the kind "judge".
 
-    There is a part for each domain, kind of human, and model with other settings; a record is a
+    There is a sample for each domain, kind of human, and model with other settings. A record is a
     run. What an evaluator made of it stands under "judge score", "trials" and "unscored", each
     followed by its name where there are several.
 
@@ -100,7 +100,7 @@ def read_episodes(cells: Sequence[Cell]) -> tuple[Part, ...]:
             groups.setdefault(key, {})[cell.key] = cell
     judged = chosen(measured, "judge")
     judges = Labels(evaluator_of(spec) for spec, _ in judged)
-    parts: list[Part] = []
+    samples: list[Sample] = []
     for (domain, human, model), runs in sorted(groups.items()):
         readings: dict[str, dict[str, Reading]] = {key: {} for key in runs}
         notes: dict[str, None] = {}
@@ -113,39 +113,39 @@ def read_episodes(cells: Sequence[Cell]) -> tuple[Part, ...]:
         order = sorted(runs.values(), key=_place)
         records = _records(order, [readings[run.key] for run in order])
         name = "-".join(map(slug, (domain, human, model)))
-        parts.append(Part(name, f"{domain}, {human} human, {model}", records, tuple(notes)))
-    return tuple(parts)
+        samples.append(Sample(name, f"{domain}, {human} human, {model}", records, tuple(notes)))
+    return tuple(samples)
 
 
-def headings_of_judges(part: Part) -> list[str]:
+def headings_of_judges(sample: Sample) -> list[str]:
     """What is added to the headings of each evaluator's columns; none without evaluators."""
-    keys = dict.fromkeys(key for run in part.records for key in run if key.startswith("trials"))
+    keys = dict.fromkeys(key for run in sample.records for key in run if key.startswith("trials"))
     return [key.removeprefix("trials") for key in keys]
 
 
-def method_rows(part: Part, profile: str | None = None) -> list[Row]:
+def method_rows(sample: Sample, profile: str | None = None) -> list[Row]:
     """A row for each method, of all people or of one."""
     groups: list[tuple[Row, list[Record]]] = []
-    for method in _methods(part):
-        runs = part.where(method=method, **({"profile": profile} if profile else {}))
+    for method in _methods(sample):
+        runs = sample.where(method=method, **({"profile": profile} if profile else {}))
         people = len({run["profile"] for run in runs})
         own = {"profile": profile, "method": method}
         groups.append((own if profile else {"method": method, "profiles": people}, runs))
-    judged = [column for by in headings_of_judges(part) for column in _judge_columns(by)]
+    judged = [column for by in headings_of_judges(sample) for column in _judge_columns(by)]
     return rows_of(groups, [*COLUMNS, *judged])
 
 
-def episode_tables(part: Part) -> list[Table]:
+def episode_tables(sample: Sample) -> list[Table]:
     """By method, the paired differences, and by profile."""
-    judged = (*(JUDGE_NOTES if headings_of_judges(part) else ()), *part.notes)
-    profiles = sorted({run["profile"] for run in part.records})
+    judged = (*(JUDGE_NOTES if headings_of_judges(sample) else ()), *sample.notes)
+    profiles = sorted({run["profile"] for run in sample.records})
     every = [
-        ("methods", method_rows(part), (*NOTES, *judged)),
-        ("differences", _differences(part), (*PAIR_NOTES, *judged)),
-        ("profiles", [row for each in profiles for row in method_rows(part, each)], judged),
+        ("methods", method_rows(sample), (*NOTES, *judged)),
+        ("differences", _differences(sample), (*PAIR_NOTES, *judged)),
+        ("profiles", [row for each in profiles for row in method_rows(sample, each)], judged),
     ]
     return [
-        Table(f"episodes-{part.name}-{kind}", f"Episodes, {kind}: {part.title}", rows, notes)
+        Table(f"episodes-{sample.name}-{kind}", f"Episodes, {kind}: {sample.title}", rows, notes)
         for kind, rows, notes in every
     ]
 
@@ -221,14 +221,14 @@ def _judge_columns(by: str) -> tuple[Columns, ...]:
     )
 
 
-def _differences(part: Part) -> list[Row]:
+def _differences(sample: Sample) -> list[Row]:
     """GOOD minus each other method, paired by profile."""
     rows: list[Row] = []
-    measures = ["score", *(f"judge score{by}" for by in headings_of_judges(part))]
-    others = [method for method in _methods(part) if method != "good"]
-    for measure in measures if part.where(method="good") else ():
+    measures = ["score", *(f"judge score{by}" for by in headings_of_judges(sample))]
+    others = [method for method in _methods(sample) if method != "good"]
+    for measure in measures if sample.where(method="good") else ():
         for other in others:
-            a, b = _pairs(part, other, measure)
+            a, b = _pairs(sample, other, measure)
             found = paired_difference(a, b) if a else None
             rows.append({
                 "measure": measure, "methods": f"good minus {other}", "profiles": len(a),
@@ -239,12 +239,12 @@ def _differences(part: Part) -> list[Row]:
     return rows
 
 
-def _pairs(part: Part, other: str, measure: str) -> tuple[list[float], list[float]]:
+def _pairs(sample: Sample, other: str, measure: str) -> tuple[list[float], list[float]]:
     """GOOD's and the other method's mean for each profile, over the seeds that both have."""
-    second = {(run["profile"], run["seed"]): run for run in part.where(method=other)}
+    second = {(run["profile"], run["seed"]): run for run in sample.where(method=other)}
     pairs = [
         (run, twin)
-        for run in part.where(method="good")
+        for run in sample.where(method="good")
         if (twin := second.get((run["profile"], run["seed"]))) and measure in run.keys() & twin
     ]
     a, b = (_means(_by_profile((pair[i] for pair in pairs), measure)) for i in (0, 1))
@@ -265,8 +265,8 @@ def _writer(model: Mapping[str, Any]) -> object:
     return model.get("generator") or model.get("model")
 
 
-def _methods(part: Part) -> list[str]:
-    found = {run["method"] for run in part.records}
+def _methods(sample: Sample) -> list[str]:
+    found = {run["method"] for run in sample.records}
     return [*(each for each in METHODS if each in found), *sorted(found - {*METHODS})]
 
 

@@ -26,9 +26,9 @@ __all__ = [
     "Form",
     "Labels",
     "Measured",
-    "Part",
     "Record",
     "Row",
+    "Sample",
     "Table",
     "average",
     "averaged",
@@ -106,7 +106,7 @@ Columns = Callable[[Sequence[Record]], Row]
 
 
 @dataclass(frozen=True, slots=True)
-class Part:
+class Sample:
     """All records of one kind that were measured under the same settings.
 
     Attributes:

@@ -25,7 +25,7 @@ def tables_of(cells: Sequence[Cell]) -> list[Table]:
         *model_tables(dialogues),
         *map(dialogue_table, dialogues),
         *map(change_table, read_changes(measured)),
-        *(table for part in read_episodes(done) for table in episode_tables(part)),
+        *(table for sample in read_episodes(done) for table in episode_tables(sample)),
     ]
     notes = tuple(warnings_of(cells))
     return [

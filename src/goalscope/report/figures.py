@@ -26,7 +26,7 @@ from goalscope.experiment.predictors import (
 )
 from goalscope.experiment.questions import question_tables
 from goalscope.experiment.results import Cell
-from goalscope.experiment.summary import Estimate, Part, Row, mean_of
+from goalscope.experiment.summary import Estimate, Row, Sample, mean_of
 from goalscope.report.drawing import COLOURS, GREY, INK, draw, shortened
 from goalscope.stats import Reliability, proportion
 
@@ -73,7 +73,7 @@ def _made(figure: Figure | None) -> list[Figure]:
     return [figure] if figure else []
 
 
-def _methods(episodes: Part) -> Figure:
+def _methods(episodes: Sample) -> Figure:
     """The methods side by side: by the state in the end, and by each evaluator (Sec. 5)."""
     rows = method_rows(episodes)
     panels = [("state-based score", "score", "SD", "runs")]
@@ -116,7 +116,7 @@ def _methods(episodes: Part) -> Figure:
     return _figure(f"methods-{episodes.name}", caption, size, paint)
 
 
-def _calibration(dialogues: Part) -> Figure | None:
+def _calibration(dialogues: Sample) -> Figure | None:
     """Reliability of each belief after the last turn; None where there is no such belief."""
     names = (GOALSCOPE, AS_IN_PAPER, OUTRIGHT)
     found = {
@@ -157,7 +157,7 @@ def _reliability(axis: Any, predictor: str, made: Reliability) -> None:
     axis.set_title(f"{predictor}: ECE {made.ece:.3f}")
 
 
-def accuracy_figure(dialogues: Part, turns: int = 10) -> Figure | None:
+def accuracy_figure(dialogues: Sample, turns: int = 10) -> Figure | None:
     """Accuracy of each predictor by turn; None where nothing was predicted."""
     least = min(LEAST, len(after_turn(dialogues, UNIFORM, None)))
     shown = [
@@ -220,7 +220,7 @@ def accuracy_figure(dialogues: Part, turns: int = 10) -> Figure | None:
     return _figure(f"turns-{dialogues.name}", caption, (7.4, 3.3), paint)
 
 
-def _change(changes: Part) -> Figure:
+def _change(changes: Sample) -> Figure:
     """Probability of the first and of the second goal by round, under each belief."""
     means_of: dict[str, Any] = {
         way: np.mean([each["probabilities"] for each in changes.where(belief=way)], axis=0)

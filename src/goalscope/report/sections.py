@@ -89,7 +89,7 @@ def sections_of(source: Path, *, draw: bool = True) -> tuple[list[Section], list
             if alone:
                 raise
             skipped.append(str(error))
-        except (LookupError, TypeError, ValueError) as error:
+        except (AttributeError, LookupError, TypeError, ValueError) as error:
             skipped.append(f"{file} holds cells of a form that is unknown here: {error!r}.")
         else:
             sections += [section] if section else []
