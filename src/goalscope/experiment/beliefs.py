@@ -7,10 +7,11 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
 
 import numpy as np
+import numpy.typing as npt
 
 from goalscope.calibrating import Observed, Tables, observed_in
 from goalscope.calibration import DEFAULT, PAPER, Calibration, calibration_from_json
-from goalscope.experiment.dialogues import area, by_settings
+from goalscope.experiment.dialogues import area, by_settings, reliability_of
 from goalscope.experiment.predictors import GOALSCOPE, among_goals
 from goalscope.experiment.summary import (
     NO_INTERVAL,
@@ -24,9 +25,10 @@ from goalscope.experiment.summary import (
     rows_of,
 )
 from goalscope.goals import UNEXPLAINED
-from goalscope.stats import reliability
 
 __all__ = ["AGENT", "EQ1", "TURN", "belief_table"]
+
+Array = npt.NDArray[np.float64]
 
 TURN = 3
 """By this turn, or by the last of a shorter dialogue, it is to be known that a goal is missing."""
@@ -62,7 +64,7 @@ COLUMNS: tuple[Columns, ...] = (
     count(),
     average("top-1", "top1", "percent"),
     average("log-loss", "loss"),
-    lambda found: {"ECE": reliability([r["sure"] for r in found], [r["top1"] for r in found]).ece},
+    lambda found: {"ECE": reliability_of(found).ece},
     average("open log-loss", "open loss"),
     lambda found: {f"AUROC by turn {TURN}": area(found)},
     average(f"proposes by turn {TURN} if absent", "proposes absent", "percent"),
@@ -90,8 +92,11 @@ def belief_table(cells: Iterable[Measured]) -> Table:
             if observed := observed_in(same):
                 calibration = calibration_from_json(json.loads(own))
                 head: Row = {"dialogues": task, "model": model}
-                groups = _records(observed, calibration)
-                rows += rows_of([({**head, "belief": b}, found) for b, found in groups], COLUMNS)
+                groups = [
+                    ({**head, "belief": belief}, records)
+                    for belief, records in _records(observed, calibration)
+                ]
+                rows += rows_of(groups, COLUMNS)
     return Table("beliefs", "Beliefs before and after, and what each part gives", rows, NOTES)
 
 
@@ -117,18 +122,19 @@ def _records(dialogues: Sequence[Observed], own: Calibration) -> Iterator[tuple[
     by_then = np.minimum(TURN, tables.turns) - 1
     for name, way in _parts(own).items():
         beliefs = tables.believe(way)
-        then = beliefs[:, everyone, by_then]
+        then: Array = beliefs[:, everyone, by_then]
         odds = then[..., 0] - np.logaddexp.reduce(then[..., 1:], axis=-1)
         late = np.greater(np.arange(len(beliefs[0, 0])), by_then[:, None])
         leads = beliefs[..., 0] > beliefs[..., 1:].max(-1)
         proposes = leads if way is PAPER else beliefs[..., 0] >= np.log(UNEXPLAINED)
-        values = {
+        present, absent = np.where(late, 0.0, proposes).max(-1)
+        values: dict[str, Array] = {
             "open loss": tables.losses(beliefs),
             "present": odds[0],
             "absent": odds[1],
-            **dict(zip(("proposes present", "proposes absent"),
-                       np.where(late, 0.0, proposes).max(-1), strict=True)),
-        }  # fmt: skip
+            "proposes present": present,
+            "proposes absent": absent,
+        }
         threshold = dict(way.thresholds).get(EPS)
         if threshold is not None:
             held, sizes = tables.conformal_sets(beliefs, threshold)
