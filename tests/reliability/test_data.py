@@ -98,8 +98,8 @@ def test_every_commit_is_on_disk_before_it_is_told(
             ann.post(f"{HOME}/consent", agreed=True)
             assert put(ann, 1, 2, 1).status_code == 200
     assert set(seen) == {("wal", 2, 1)}
-    assert seen.total() > 100
-    assert len(used) > 5
+    assert seen.total() > 60
+    assert len(used) > 2
     record_property(
         "measured", f"{seen.total()} commits of {len(used)} connections: WAL and FULL at each"
     )

@@ -136,8 +136,8 @@ def area(records: Sequence[Record]) -> Estimate | None:
     groups = [each["group"] for each in found]
     if len({*groups}) < 2:
         return None
-    odds = ([each[kind] for each in found] for kind in ("absent", "present"))
-    return Estimate(*auroc(*odds, groups), groups=len({*groups}))
+    absent, present = ([each[kind] for each in found] for kind in ("absent", "present"))
+    return Estimate(*auroc(absent, present, groups), groups=len({*groups}))
 
 
 def _calibration_error(records: Sequence[Record]) -> Row:
