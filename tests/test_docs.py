@@ -40,7 +40,7 @@ PAGES = [
     *sorted({*DOCS.glob("*.md")} - {DOCS / "results.md"}),
 ]
 ALONE = [page for page in PAGES if not (ROOT / "tests" / f"test_docs_{page.stem}.py").exists()]
-OF_OTHERS = {"--logits_all"}
+OF_OTHERS = {"--from", "--logits_all"}
 """Options of other programs."""
 QUICK = (
     "data list", "episodes", "house scenes", "house show", "infer", "models list", "study example",
