@@ -254,7 +254,7 @@ def source_tree() -> str:
             inside = file.is_dir()
             name = f"{'  ' * depth}{file.name}{'/' if inside else ''}"
             lines.append(told(name, file / "__init__.py" if inside else file))
-            if inside and file.name != "migrations":
+            if inside:
                 tell(file, depth + 1)
 
     tell(root, 1)

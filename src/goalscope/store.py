@@ -17,8 +17,7 @@ from typing import Any, Literal, Self
 from sqlalchemy import ColumnElement, Connection, Engine, Row, Select, func, or_, select
 from sqlalchemy.exc import IntegrityError
 
-from goalscope.database.errors import explained
-from goalscope.database.opening import WRITING, default_place, opened
+from goalscope.database.opening import WRITING, default_place, explained, opened
 from goalscope.database.tables import CORRECTIONS, EPISODES, ROUNDS, EscapedText
 from goalscope.episode import Round
 from goalscope.rounds_json import dumps, round_from_json, round_to_json, turn_like
@@ -98,7 +97,7 @@ class Store:
 
         Raises:
             InvalidInputError: The file is not there, and none may be made.
-            GoalscopeError: It cannot be used, or a newer goalscope made it.
+            GoalscopeError: It cannot be used, or another version of goalscope made it.
         """
         if not (new or place is None or "://" in str(place) or Path(place).exists()):
             raise InvalidInputError(f"There is no store at {place}. Check the path.")

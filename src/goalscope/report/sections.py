@@ -11,7 +11,7 @@ from contextlib import closing, contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 
-from goalscope.database.errors import explained
+from goalscope.database.opening import explained
 from goalscope.experiment.results import Cell, Results
 from goalscope.experiment.summary import Row, Table, percent, slug
 from goalscope.experiment.summary_beliefs import belief_table
