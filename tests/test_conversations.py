@@ -35,7 +35,7 @@ def ann(open_ones: Conversations) -> Conversation:
 def gate(open_ones: Conversations) -> Iterator[threading.Event]:
     """Opens the way to the model, which is busy until then."""
     gate, busy = threading.Event(), threading.Event()
-    open_ones.desk.submit(lambda: busy.set() or gate.wait(60))
+    open_ones.queue.submit(lambda: busy.set() or gate.wait(60))
     assert busy.wait(60)
     yield gate
     gate.set()
@@ -44,11 +44,11 @@ def gate(open_ones: Conversations) -> Iterator[threading.Event]:
 def test_after_cancelled_work_it_is_the_persons_turn(
     open_ones: Conversations, ann: Conversation, gate: threading.Event
 ) -> None:
-    open_ones.desk.submit(lambda: None)
+    open_ones.queue.submit(lambda: None)
     change = ann.correct("pin", "bake a cake")
     assert ann.live().phase == "waiting"
     assert change.cancel()
     assert ann.live().phase == "idle"
     gate.set()
-    open_ones.desk.submit(lambda: None).result(60)
+    open_ones.queue.submit(lambda: None).result(60)
     assert ann.live().phase == "idle"

@@ -4,7 +4,7 @@ import re
 from base64 import b64encode
 from hashlib import sha256
 
-from goalscope.web.ribbons import ribbons
+from goalscope.web.exports import ribbons
 from goalscope.web.views import BeliefView, GoalView
 
 CAKE = "I want to bake a cake. Please add flour."

@@ -23,13 +23,10 @@ from goalscope.experiment.summary import inert
 from goalscope.report import read_report
 from goalscope.store import Store
 from goalscope.study import plan
-from goalscope.study.agreement import krippendorff_alpha
-from goalscope.study.assignment import assigned
-from goalscope.study.export import as_csv
 from goalscope.study.items import DID, LEFT, chosen_episodes, item_of
 from goalscope.study.plan import Plan, read_plan
-from goalscope.study.store import StudyStore
-from goalscope.study.summary import study_tables
+from goalscope.study.store import StudyStore, assigned
+from goalscope.study.summary import as_csv, krippendorff_alpha, study_tables
 from goalscope.types import TRACKING, Action, ConflictError, InvalidInputError, StepResult, Turn
 from test_summary import column, row
 

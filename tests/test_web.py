@@ -378,7 +378,7 @@ def test_reasons_can_be_read_while_a_round_runs(tmp_path: Path, visit) -> None:
 def test_an_episode_stays_open_until_its_first_request_is_over(
     tmp_path: Path, visit, monkeypatch
 ) -> None:
-    monkeypatch.setattr(conversations, "KEPT", 0)
+    monkeypatch.setattr(conversations, "MAX_OPEN", 0)
     closed: list[str] = []
     monkeypatch.setattr(
         conversations.Conversation, "close", lambda conversation: closed.append(conversation.id)
@@ -387,7 +387,7 @@ def test_an_episode_stays_open_until_its_first_request_is_over(
         ann = visit(address)
         episodes = [ann.begin() for _ in range(3)]
         assert closed == []
-        monkeypatch.setattr(conversations, "SETTLED", 0.0)
+        monkeypatch.setattr(conversations, "OPEN_SECONDS", 0.0)
         ann.begin()
         assert [f"/api/episodes/{id}" for id in closed] == episodes
 
@@ -413,7 +413,7 @@ def heard_in_a_round(ann, mine: str) -> list[dict]:
 
 
 def test_a_question_is_told_as_it_is_written(address: str, visit, monkeypatch) -> None:
-    monkeypatch.setattr(conversations, "PAUSE", 0.0)
+    monkeypatch.setattr(conversations, "DRAFT_SECONDS", 0.0)
     ann = visit(address)
     heard = heard_in_a_round(ann, ann.begin())
     drafts = [each["draft"] for each in heard if each["draft"]]
@@ -424,7 +424,7 @@ def test_a_question_is_told_as_it_is_written(address: str, visit, monkeypatch) -
 
 
 def test_drafts_are_told_now_and_then(address: str, visit, monkeypatch) -> None:
-    monkeypatch.setattr(conversations, "PAUSE", 3600.0)
+    monkeypatch.setattr(conversations, "DRAFT_SECONDS", 3600.0)
     ann = visit(address)
     heard = heard_in_a_round(ann, ann.begin())
     assert len({each["draft"] for each in heard if each["draft"]}) <= 1

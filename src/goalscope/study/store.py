@@ -1,9 +1,9 @@
-"""Studies in the store: their items, who takes part, and every answer as it is given."""
+"""Studies in the store: their items, participants and answers."""
 
 from __future__ import annotations
 
 import json
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass
 from datetime import UTC, datetime, timedelta
 from random import Random
@@ -16,16 +16,14 @@ from goalscope.database.tables import ANSWERS, ITEMS, PARTICIPANTS, STUDIES
 from goalscope.envs.tables import nearest
 from goalscope.rounds_json import dumps
 from goalscope.store import Store
-from goalscope.study.assignment import assigned
 from goalscope.study.items import Item, chosen_episodes, item_of
-from goalscope.study.people import Answer, Participant
 from goalscope.study.plan import BEST, Plan, plan_of
 from goalscope.types import ConflictError, InvalidInputError, Turn
 
-__all__ = ["Study", "StudyStore"]
+__all__ = ["Answer", "Participant", "Study", "StudyStore", "assigned"]
 
 HOLD = timedelta(hours=1)
-"""For how long the items of people who have not finished are kept for them."""
+"""How long the items of a participant who has not finished stay reserved."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -35,14 +33,69 @@ class Study:
     Attributes:
         number: In the store.
         created: In UTC, ISO 8601.
-        plan: What it is.
-        closed: Since when it takes no new participants; None while it does.
+        plan: Its definition.
+        closed: When it stopped to take new participants; None while it takes them.
     """
 
     number: int
     created: str
     plan: Plan
     closed: str | None
+
+
+@dataclass(frozen=True, slots=True)
+class Answer:
+    """An item that a participant was given, and their rating of it.
+
+    Attributes:
+        item: Its number in the store.
+        place: In the participant's order, from 1.
+        rating: 0 to 3; None while there is none.
+        explanation: Why.
+        revision: Grows with each change of the answer; 0 while there is no rating.
+        opened: When it was first shown, in UTC, ISO 8601.
+        answered: When the first rating came.
+        episode: The item's episode.
+    """
+
+    item: int
+    place: int
+    rating: int | None
+    explanation: str
+    revision: int
+    opened: str | None
+    answered: str | None
+    episode: str
+
+    @property
+    def seconds(self) -> float | None:
+        """From the first view to the first rating."""
+        if self.opened is None or self.answered is None:
+            return None
+        between = datetime.fromisoformat(self.answered) - datetime.fromisoformat(self.opened)
+        return between.total_seconds()
+
+
+@dataclass(frozen=True, slots=True)
+class Participant:
+    """Somebody who has agreed to take part.
+
+    Attributes:
+        number: In the store, counted over all studies.
+        external: The id in their link.
+        joined: When they agreed, in UTC, ISO 8601.
+        answers: In the order of their items.
+    """
+
+    number: int
+    external: str
+    joined: str
+    answers: tuple[Answer, ...]
+
+    @property
+    def finished(self) -> bool:
+        """Whether all items have a rating."""
+        return all(each.rating is not None for each in self.answers)
 
 
 class StudyStore:
@@ -52,7 +105,7 @@ class StudyStore:
         self._store = store
 
     def add(self, plan: Plan) -> Study:
-        """Make a study of the episodes as they are now.
+        """Create a study of the episodes as they are now.
 
         Raises:
             InvalidInputError: Its name is taken, or its episodes cannot be rated.
@@ -73,7 +126,7 @@ class StudyStore:
             return _study(study)
 
     def all(self) -> list[Study]:
-        """All studies, in the order in which they were made."""
+        """All studies, in the order of creation."""
         with self._store.reading() as connection:
             return [_study(row) for row in connection.execute(select(STUDIES).order_by("number"))]
 
@@ -92,7 +145,7 @@ class StudyStore:
         raise InvalidInputError(f'There is no study "{name}"; {hint}')
 
     def close(self, study: Study) -> None:
-        """Let nobody new take part; who has begun may finish."""
+        """Take no new participants; those who have begun may finish."""
         with self._store.writing() as connection:
             here = STUDIES.c.number == study.number
             connection.execute(
@@ -103,7 +156,7 @@ class StudyStore:
         """Delete a study with all its participants and answers."""
         people = select(PARTICIPANTS.c.number).where(PARTICIPANTS.c.study == study.number)
         with self._store.writing() as connection:
-            connection.scalar(_locked(study))  # whoever joins does so, too
+            connection.scalar(_locked(study))  # as `join` does
             connection.execute(ANSWERS.delete().where(ANSWERS.c.participant.in_(people)))
             for table in (PARTICIPANTS, ITEMS):
                 connection.execute(table.delete().where(table.c.study == study.number))
@@ -121,14 +174,14 @@ class StudyStore:
             return {row.number: row.episode for row in connection.execute(query)}
 
     def participants(self, study: Study) -> list[Participant]:
-        """All who have agreed, with their answers."""
+        """All participants, with their answers."""
         with self._store.reading() as connection:
             return _participants(connection, study)
 
     def participant(self, study: Study, visitor: str, external: str) -> Participant | None:
-        """Who takes part by a link with this id in this browser, if they have agreed.
+        """The participant with this id in this browser, if they have agreed.
 
-        An id belongs to the browser in which its owner agreed: ids are no secrets, and another
+        An id belongs to the browser in which its owner agreed: ids are not secret, and another
         browser could be anybody's.
 
         Raises:
@@ -138,7 +191,7 @@ class StudyStore:
             return _participant(connection, study, visitor, external)
 
     def join(self, study: Study, visitor: str, external: str) -> Participant:
-        """Note that somebody agrees, and give them their items; who has agreed keeps theirs.
+        """Add a participant with items to rate; one who has agreed before keeps theirs.
 
         Raises:
             ConflictError: As for `participant`; or nobody new can take part (see `over`).
@@ -160,7 +213,7 @@ class StudyStore:
             return _read(connection, [row])[0]
 
     def forget(self, study: Study, number: int) -> None:
-        """Delete a participant and all their answers, as they may ask for.
+        """Delete a participant and all their answers, as they may demand.
 
         Raises:
             InvalidInputError: There is none of this number.
@@ -174,7 +227,7 @@ class StudyStore:
             connection.execute(PARTICIPANTS.delete().where(*here))
 
     def open(self, participant: Participant, place: int) -> tuple[Item, Answer]:
-        """An item and the answer to it so far; notes when it is first seen.
+        """An item and the answer to it so far; records when it is first shown.
 
         Raises:
             InvalidInputError: They have no such item.
@@ -215,6 +268,24 @@ class StudyStore:
             elif (revision, rating, explanation) != (row.revision, row.rating, row.explanation):
                 raise ConflictError("A newer answer to this question is already saved.")
             return _as_answer(row)
+
+
+def assigned(ratings: Mapping[int, int], *, wanted: int, share: int, rng: Random) -> list[int]:
+    """A new participant's items in order; none where every item has its ratings.
+
+    Those with the fewest ratings come in, ties at random; the order is random.
+
+    Args:
+        ratings: How many each item has, or is about to have.
+        wanted: Ratings of an item.
+        share: Items of a participant.
+        rng: Draws.
+    """
+    if min(ratings.values()) >= wanted:
+        return []
+    least = sorted(ratings, key=lambda item: (ratings[item], rng.random()))[:share]
+    rng.shuffle(least)
+    return least
 
 
 def _locked(study: Study) -> Select[Any]:
