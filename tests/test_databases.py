@@ -20,7 +20,7 @@ from goalscope.store import Store
 from goalscope.study.store import StudyStore, _order
 from goalscope.types import GoalscopeError, InvalidInputError, Turn
 from test_cli import invoke
-from test_store import EPISODE, a_round, pragma, values_of
+from test_store import EPISODE, a_round, values_of
 from test_study import PLAN, fill
 
 ODD = "half \ud800, NUL \x00, 100 % _ ' \" \\ é 🍰"
@@ -121,12 +121,12 @@ def test_a_study_is_deleted_while_somebody_joins(place, monkeypatch):
 
     with Store.open(place) as store, ThreadPoolExecutor(2) as pool:
         fill(store)
-        book = StudyStore(store)
-        study = book.add(PLAN)
+        studies = StudyStore(store)
+        study = studies.add(PLAN)
         monkeypatch.setattr("goalscope.study.store._order", slowly)
-        joins = pool.submit(book.join, study, "ann", "ann")
+        joins = pool.submit(studies.join, study, "ann", "ann")
         assert begun.wait(60)
-        deletes = pool.submit(book.delete, study)
+        deletes = pool.submit(studies.delete, study)
         if place.startswith("postgresql"):  # where nobody waits before they have a lock
             with store.reading() as connection:
                 waiting = text("SELECT count(*) FROM pg_locks WHERE NOT granted")
@@ -135,7 +135,7 @@ def test_a_study_is_deleted_while_somebody_joins(place, monkeypatch):
         waits.set()
         assert joins.result(60).number == 1
         deletes.result(60)
-        assert book.all() == []
+        assert studies.all() == []
 
 
 OPENER = """
@@ -233,12 +233,6 @@ def test_a_closed_file_has_no_journal(tmp_path):
             list(pool.map(lambda _: store.begin(**EPISODE), range(8)))
         assert (tmp_path / "s.db-wal").exists()
     assert [each.name for each in tmp_path.iterdir()] == ["s.db"]
-
-
-def test_a_foreign_key_holds_on_every_connection_of_a_file(tmp_path):
-    with Store.open(tmp_path / "s.db") as store, store.reading() as one, store.reading() as other:
-        assert one.connection.dbapi_connection is not other.connection.dbapi_connection
-        assert pragma(one, "foreign_keys") == pragma(other, "foreign_keys") == 1
 
 
 def test_a_server_confirms_what_is_on_its_disk(server):

@@ -174,19 +174,6 @@ def test_what_was_stored_is_read_back_by_another_process(place):
     ]
 
 
-def test_every_connection_is_durable(tmp_path):
-    for _ in range(2):  # a new file and an old one
-        with (
-            Store.open(tmp_path / "s.db") as store,
-            store.reading() as one,
-            store.writing() as other,
-        ):
-            for connection in (one, other):
-                assert pragma(connection, "journal_mode") == "wal"
-                assert pragma(connection, "synchronous") == 2
-                assert pragma(connection, "foreign_keys") == 1
-
-
 def test_a_prefix_finds_an_episode_and_an_unknown_id_names_the_nearest(place):
     with Store.open(place) as store:
         id = store.begin(**EPISODE)

@@ -1,4 +1,4 @@
-"""Rounds as JSON: every value of a round comes back equal."""
+"""Rounds as JSON; reading returns every value exactly."""
 
 from __future__ import annotations
 
@@ -154,12 +154,12 @@ def _orders_from(data: Sequence[object]) -> tuple[Order, ...]:
 
 
 def _numbers(values: list[float]) -> list[float | str]:
-    """Write -inf as a string, which numpy reads back as the number."""
+    """Write -inf as a string, which numpy reads as the number."""
     return ["-inf" if value == -math.inf else value for value in values]
 
 
 def dumps(value: object, *, sort_keys: bool = False) -> str:
-    """Strict JSON; escapes keep a lone surrogate as it is.
+    """Strict JSON in ASCII; lone surrogates survive as escapes.
 
     Raises:
         GoalscopeError: A number is NaN or infinite.
@@ -171,9 +171,9 @@ def dumps(value: object, *, sort_keys: bool = False) -> str:
 
 
 def turn_like(text: str) -> str:
-    """The LIKE pattern, escaped by "/", of a round whose turn holds a text.
+    """The LIKE pattern, escaped by "/", of a round whose turn contains a text.
 
-    Within a value, quotes are escaped; so the pattern cannot match across the turn's end.
+    Quotes within a value are escaped, so the pattern cannot match beyond the turn.
     """
     inner = dumps(text)[1:-1]
     for each in "/%_":

@@ -24,9 +24,9 @@ __all__ = ["WRITING", "default_place", "explained", "opened"]
 
 APPLICATION = 0x474F4144  # "GOAD": marks a file as an episode store
 WAIT = 10
-"""Seconds until a locked database is given up."""
+"""Seconds to wait for a locked database."""
 MOUNTS = Path("/proc/self/mounts")
-"""Where Linux tells which file system is where."""
+"""Where Linux lists its mounted file systems."""
 NETWORK = (
     "nfs", "nfs4", "cifs", "smb3", "9p", "fuse.sshfs", "fuse.glusterfs", "ceph", "lustre", "beegfs",
     "afs",
@@ -65,7 +65,7 @@ STATES = {
     "too many clients|remaining connection slots": "53300",
     "starting up|shutting down|recovery": "57",
 }
-"""States of errors that come before there is a connection, and so bear none."""
+"""States of errors while connecting, which have none, by their words."""
 
 log = logging.getLogger(__name__)
 
@@ -77,7 +77,7 @@ def default_place() -> str:
 
 
 def opened(place: str | Path) -> tuple[str, Engine]:
-    """A database that is ready for use, and what to call it in messages.
+    """Open a database; returns its name in messages, without password, and its engine.
 
     Args:
         place: A file, or the address of a PostgreSQL database.
@@ -110,7 +110,7 @@ def _file(file: Path) -> Engine:
             "Name another file with --store."
         ) from error
     path = file.absolute()
-    with suppress(OSError):  # new, and for its owner alone: it holds what people said
+    with suppress(OSError):  # a new file is readable by its owner only: it holds what people said
         os.close(os.open(path, os.O_CREAT | os.O_EXCL, 0o600))
     if (kind := _file_system(Path(os.path.realpath(path)))) in NETWORK:
         log.warning(
@@ -129,7 +129,7 @@ def _file(file: Path) -> Engine:
 
 
 def _file_system(file: Path) -> str:
-    """The kind of the file system that a file is on; empty where the system does not tell."""
+    """The kind of a file's file system; empty if unknown."""
     try:
         lines = MOUNTS.read_text("utf-8", "replace").splitlines()
     except OSError:
@@ -140,7 +140,7 @@ def _file_system(file: Path) -> str:
 
 
 def _connected(path: Path, name: Path) -> sqlite3.Connection:
-    """Refuse another program's file as it is; else make every commit durable."""
+    """Connect, so that every commit is durable; another program's file is left untouched."""
     connection = sqlite3.connect(path, WAIT, isolation_level=None, check_same_thread=False)
     try:
         _refuse_others(connection, name)
@@ -160,7 +160,7 @@ def _connected(path: Path, name: Path) -> sqlite3.Connection:
 
 
 def _journal(connection: sqlite3.Connection) -> str:
-    """Set it; SQLite itself waits for no other process that does so at the same time."""
+    """Switch to the write-ahead log; SQLite does not itself wait for others that do so, too."""
     end = time.monotonic() + WAIT
     while True:
         try:
@@ -182,7 +182,7 @@ def _refuse_others(connection: sqlite3.Connection, name: Path) -> None:
 
 
 def _address(text: str) -> URL:
-    """The address of a PostgreSQL database; messages must not show it as it is."""
+    """The address of a PostgreSQL database; no message may contain its password."""
     try:
         url = make_url(text)
     except (ArgumentError, ValueError):
@@ -258,8 +258,8 @@ def explained(place: str | Path) -> Generator[None]:
         place: The file, or the address without its password.
 
     Raises:
-        GoalscopeError: In the place of such an error.
-        InvalidInputError: The file is none of a database.
+        GoalscopeError: In place of such an error.
+        InvalidInputError: The file is not a SQLite file.
     """
     try:
         yield

@@ -48,7 +48,7 @@ METADATA = MetaData(
 
 
 class EscapedText(TypeDecorator[str]):
-    """Any text; what a database cannot hold (half characters, NUL) is written as its escape."""
+    """Any text; lone surrogates and NUL, which databases refuse, are stored as escapes."""
 
     impl = Text
     cache_ok = True

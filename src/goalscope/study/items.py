@@ -130,13 +130,13 @@ def _states(
         view = View(env.metadata, env.names)
     finally:
         env.close()
-    told = {name for each in results for name in (each.action.target, each.action.destination)}
-    told |= {view.names[own] for own, _ in view.changes(start)}
+    touched = {name for each in results for name in (each.action.target, each.action.destination)}
+    touched |= {view.names[own] for own, _ in view.changes(start)}
     kinds = kinds_in(view, words)
     alike: dict[str, list[str]] = {}
     for own, thing in sorted(view.table.items()):
         name = view.names[own]
-        if (name in told or readable(thing["objectType"]) in kinds) and (how := _how(view, own)):
+        if (name in touched or readable(thing["objectType"]) in kinds) and (how := _how(view, own)):
             alike.setdefault(how, []).append(name)
     yield from (f"- {', '.join(names)}: {how}" for how, names in alike.items())
 
