@@ -20,6 +20,7 @@ from goalscope.belief import Belief
 from goalscope.calibration import Calibration
 from goalscope.database.opening import default_place
 from goalscope.episode import Round
+from goalscope.orders import Order, Reading
 from goalscope.rounds_json import round_from_json, round_to_json
 from goalscope.store import Store
 from goalscope.types import (
@@ -39,6 +40,17 @@ nats = st.floats(max_value=0, allow_nan=False) | st.just(-np.inf)
 goals = st.builds(Goal, texts)
 actions = st.builds(Action, texts, texts, st.integers(-9, 99))
 
+quantities = st.none() | st.floats(-99, 99)
+orders = st.builds(
+    Order, st.sampled_from(["add", "avoid"]), texts, quantities, texts, texts, texts, texts, texts
+)
+several_orders = st.lists(orders, max_size=2).map(tuple)
+readings = st.builds(
+    Reading,
+    several_orders,
+    st.none() | st.floats(-99, 0),
+    st.none() | st.lists(st.floats(0, 9), max_size=2).map(tuple),
+)
 shares = st.floats(0, 1)
 calibrations = st.builds(
     Calibration,
@@ -85,6 +97,13 @@ rounds = st.builds(
     status=texts,
     notes=st.lists(texts, max_size=2).map(tuple),
     terminated=st.booleans(),
+    question=texts,
+    reading=st.none() | readings,
+    pending=several_orders,
+    released=several_orders,
+    state=texts,
+    retracts=st.lists(st.integers(1, 9), max_size=2).map(tuple),
+    reversals=st.integers(0, 3),
 )
 
 
@@ -113,6 +132,8 @@ def values_of(round):
         round.belief.log_likelihood.tobytes(),
         round.belief.calibration,
         round.belief.pinned,
+        round.belief.ruled_out,
+        round.belief.weights,
     )
     return [
         belief if name == "belief" else getattr(round, name) for name in Round.__dataclass_fields__

@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import asdict
+from dataclasses import asdict, fields
 from typing import TYPE_CHECKING, Any
 
 from goalscope.calibration import calibration_from_json
@@ -32,27 +32,30 @@ def round_to_json(round: Round) -> str:
     Raises:
         GoalscopeError: A number is NaN or +inf.
     """
-    belief = round.belief
-    return dumps(
-        {
-            "number": round.number,
-            "turn": asdict(round.turn),
-            "belief": belief and belief_to_json(belief),
-            "reading": round.reading and _reading(round.reading),
-            "changes": [asdict(change) for change in round.changes],
-            "results": [asdict(result) for result in round.results],
-            "replans": round.replans,
-            "status": round.status,
-            "notes": list(round.notes),
-            "terminated": round.terminated,
-            "question": round.question,
-            "pending": _orders(round.pending),
-            "released": _orders(round.released),
-            "state": round.state,
-            "retracts": list(round.retracts),
-            "reversals": round.reversals,
-        }
-    )
+    belief = round.belief and belief_to_json(round.belief)
+    return dumps({**_object_of(round), "belief": belief})
+
+
+def round_from_json(text: str) -> Round:
+    """Read what `round_to_json` wrote; the round is equal in every value."""
+    data = json.loads(text)
+    belief, reading = data["belief"], data["reading"]
+    values = {
+        "turn": Turn(**data["turn"]),
+        "belief": belief and belief_from_json(belief),
+        "reading": reading and _reading(reading),
+        "changes": tuple(
+            GoalChange(**{**each, "goal": Goal(**each["goal"])}) for each in data["changes"]
+        ),
+        "results": tuple(
+            StepResult(**{**each, "action": Action(**each["action"])}) for each in data["results"]
+        ),
+        "notes": tuple(data["notes"]),
+        "pending": _orders(data["pending"]),
+        "released": _orders(data["released"]),
+        "retracts": tuple(data["retracts"]),
+    }
+    return Round(**{**data, **values})
 
 
 def belief_to_json(belief: Belief) -> dict[str, Any]:
@@ -87,69 +90,12 @@ def belief_from_json(data: Mapping[str, Any]) -> Belief:
     )
 
 
-def round_from_json(text: str) -> Round:
-    """Read what `round_to_json` wrote; the round is equal in every value."""
-    data = json.loads(text)
-    belief = data["belief"]
-    if belief is not None:
-        belief = belief_from_json(belief)
-    return Round(
-        number=data["number"],
-        turn=Turn(**data["turn"]),
-        belief=belief,
-        reading=_reading_from(reading) if (reading := data["reading"]) else None,
-        changes=tuple(
-            GoalChange(
-                change["kind"],
-                Goal(**change["goal"]),
-                change["reason"],
-                change["final"],
-            )
-            for change in data["changes"]
-        ),
-        results=tuple(
-            StepResult(
-                Action(**result["action"]),
-                result["ok"],
-                result["observation"],
-                result["terminated"],
-                result["irreversible"],
-            )
-            for result in data["results"]
-        ),
-        replans=data["replans"],
-        status=data["status"],
-        notes=tuple(data["notes"]),
-        terminated=data["terminated"],
-        question=data["question"],
-        pending=_orders_from(data["pending"]),
-        released=_orders_from(data["released"]),
-        state=data["state"],
-        retracts=tuple(data["retracts"]),
-        reversals=data["reversals"],
-    )
+def _reading(data: Mapping[str, Any]) -> Reading:
+    margins = None if data["margins"] is None else tuple(data["margins"])
+    return Reading(_orders(data["orders"]), data["log_probability"], margins)
 
 
-def _reading(reading: Reading) -> dict[str, Any]:
-    return {
-        "orders": _orders(reading.orders),
-        "log_probability": reading.log_probability,
-        "margins": reading.margins,
-    }
-
-
-def _reading_from(data: Mapping[str, Any]) -> Reading:
-    margins = data["margins"]
-    return Reading(
-        _orders_from(data["orders"]), data["log_probability"], margins and tuple(margins)
-    )
-
-
-def _orders(orders: Sequence[Order]) -> list[dict[str, Any]]:
-    return [order_to_json(each) for each in orders]
-
-
-def _orders_from(data: Sequence[object]) -> tuple[Order, ...]:
+def _orders(data: Sequence[object]) -> tuple[Order, ...]:
     return tuple(order_from_json(each) for each in data)
 
 
@@ -158,14 +104,21 @@ def _numbers(values: list[float]) -> list[float | str]:
     return ["-inf" if value == -math.inf else value for value in values]
 
 
+def _object_of(value: Any) -> dict[str, Any]:
+    """A dataclass as a JSON object."""
+    if isinstance(value, Order):
+        return order_to_json(value)
+    return {field.name: getattr(value, field.name) for field in fields(value)}
+
+
 def dumps(value: object, *, sort_keys: bool = False) -> str:
-    """Strict JSON in ASCII; lone surrogates survive as escapes.
+    """Strict JSON in ASCII; lone surrogates survive as escapes, dataclasses become objects.
 
     Raises:
         GoalscopeError: A number is NaN or infinite.
     """
     try:
-        return json.dumps(value, allow_nan=False, sort_keys=sort_keys)
+        return json.dumps(value, allow_nan=False, sort_keys=sort_keys, default=_object_of)
     except ValueError as error:
         raise GoalscopeError(f"This cannot be stored: {error}") from error
 
