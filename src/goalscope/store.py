@@ -7,7 +7,7 @@ import json
 import secrets
 from collections.abc import Generator, Mapping, Sequence
 from contextlib import contextmanager, nullcontext
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from datetime import UTC, datetime
 from pathlib import Path
 from threading import Lock
@@ -378,17 +378,5 @@ def _infos() -> Select[Any]:
 
 
 def _info(row: Row[Any]) -> EpisodeInfo:
-    return EpisodeInfo(
-        row.id,
-        row.created,
-        row.domain,
-        row.profile,
-        row.method,
-        row.model,
-        row.task,
-        json.loads(row.settings),
-        row.ended,
-        row.score,
-        row.rounds,
-        row.owner,
-    )
+    values = {field.name: getattr(row, field.name) for field in fields(EpisodeInfo)}
+    return EpisodeInfo(**{**values, "settings": json.loads(row.settings)})

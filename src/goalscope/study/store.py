@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Mapping, Sequence
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, fields
 from datetime import UTC, datetime, timedelta
 from random import Random
 from typing import Any
@@ -108,7 +108,7 @@ class StudyStore:
         """Create a study of the episodes as they are now.
 
         Raises:
-            InvalidInputError: Its name is taken, or its episodes cannot be rated.
+            InvalidInputError: Its name is taken, or there are no episodes to rate.
         """
         items = [
             {"view": dumps(asdict(item_of(self._store, info, plan))), "episode": info.id}
@@ -123,12 +123,14 @@ class StudyStore:
                     f'There is a study "{plan.name}" already. Choose another name.'
                 ) from error
             connection.execute(ITEMS.insert().values(study=study.number), items)
-            return _study(study)
+            return _read_study(study)
 
     def all(self) -> list[Study]:
         """All studies, in the order of creation."""
         with self._store.reading() as connection:
-            return [_study(row) for row in connection.execute(select(STUDIES).order_by("number"))]
+            return [
+                _read_study(row) for row in connection.execute(select(STUDIES).order_by("number"))
+            ]
 
     def named(self, name: str) -> Study:
         """The study of this name.
@@ -139,7 +141,7 @@ class StudyStore:
         with self._store.reading() as connection:
             row = connection.execute(select(STUDIES).where(STUDIES.c.name == name)).one_or_none()
             if row is not None:
-                return _study(row)
+                return _read_study(row)
             known = connection.scalars(select(STUDIES.c.name)).all()
         hint = nearest(name, known) if known else "`goalscope study new` makes one in this store."
         raise InvalidInputError(f'There is no study "{name}"; {hint}')
@@ -201,7 +203,7 @@ class StudyStore:
             there = _participant(connection, study, visitor, external)
             if there is not None:
                 return there
-            study = _study(now)
+            study = _read_study(now)
             order = _order(connection, study)
             if not order:
                 raise ConflictError(_over(study))
@@ -238,7 +240,7 @@ class StudyStore:
             with self._store.writing() as connection:
                 unseen = _to(participant, place), ANSWERS.c.opened.is_(None)
                 connection.execute(ANSWERS.update().where(*unseen).values(opened=_now()))
-        return _item(row), _as_answer(row)
+        return _read_item(row), _read_answer(row)
 
     def answer(
         self, participant: Participant, place: int, rating: int, explanation: str, revision: int
@@ -267,7 +269,7 @@ class StudyStore:
                 row = _answer(connection, participant, place)
             elif (revision, rating, explanation) != (row.revision, row.rating, row.explanation):
                 raise ConflictError("A newer answer to this question is already saved.")
-            return _as_answer(row)
+            return _read_answer(row)
 
 
 def assigned(ratings: Mapping[int, int], *, wanted: int, share: int, rng: Random) -> list[int]:
@@ -347,7 +349,7 @@ def _read(connection: Connection, rows: Sequence[Row[Any]]) -> list[Participant]
         query = query.where(ITEMS.c.study.in_({row.study for row in rows}))
     answers: dict[int, list[Answer]] = {}
     for row in connection.execute(query.order_by(ANSWERS.c.place)):
-        answers.setdefault(row.participant, []).append(_as_answer(row))
+        answers.setdefault(row.participant, []).append(_read_answer(row))
     return [
         Participant(row.number, row.external, row.joined, tuple(answers.get(row.number, ())))
         for row in rows
@@ -374,28 +376,17 @@ def _answer(
     return found
 
 
-def _as_answer(row: Row[Any]) -> Answer:
-    return Answer(
-        row.item,
-        row.place,
-        row.rating,
-        row.explanation,
-        row.revision,
-        row.opened,
-        row.answered,
-        row.episode,
-    )
+def _read_answer(row: Row[Any]) -> Answer:
+    return Answer(**{field.name: getattr(row, field.name) for field in fields(Answer)})
 
 
-def _item(row: Row[Any]) -> Item:
+def _read_item(row: Row[Any]) -> Item:
     view = json.loads(row.view)
-    turns = (Turn(**turn) for turn in view["transcript"])
-    return Item(
-        view["task"], tuple(view["possible"]), view["profile"], view["outcome"], tuple(turns)
-    )
+    turns = tuple(Turn(**turn) for turn in view["transcript"])
+    return Item(**{**view, "possible": tuple(view["possible"]), "transcript": turns})
 
 
-def _study(row: Row[Any]) -> Study:
+def _read_study(row: Row[Any]) -> Study:
     plan = plan_of(json.loads(row.plan), f"The study {row.name}")
     return Study(row.number, row.created, plan, row.closed)
 
