@@ -13,10 +13,10 @@ from fakes import WordModel
 from goalscope.domains import Settings
 from goalscope.episode import Round
 from goalscope.store import Store
-from goalscope.types import Action, GoalscopeError, ModelError, StepResult, Turn
+from goalscope.types import Action, GoalscopeError, StepResult, Turn
 from goalscope.web import conversations
 from goalscope.web.exports import room_picture
-from sites import KEY, WRITES, site
+from sites import KEY, WRITES, FailsOnce, site
 
 CAKE = "I want to bake a cake. Please add flour."
 
@@ -148,23 +148,14 @@ def test_words_that_no_model_can_read_are_refused(address: str, text: str, visit
     assert ann.live(mine)["round"] == 1
 
 
-class FailsOnce(WordModel):
-    fails = False
-
-    def token_logprobs(self, contexts, continuations, *, end_of_turn=False):
-        if self.fails:
-            type(self).fails = False
-            raise ModelError("The model is away. Try again.")
-        return super().token_logprobs(contexts, continuations, end_of_turn=end_of_turn)
-
-
 def test_what_a_failing_model_could_not_read_is_kept_to_be_said_again(
     tmp_path: Path, visit
 ) -> None:
-    with site(tmp_path / "episodes.db", FailsOnce(WRITES)) as address:
+    model = FailsOnce()
+    with site(tmp_path / "episodes.db", model) as address:
         ann = visit(address)
         mine = ann.begin()
-        FailsOnce.fails = True
+        model.fails = True
         failed = ann.say(mine, CAKE)
         assert failed["error"] == "The model is away. Try again."
         assert failed["utterance"] == CAKE
@@ -298,9 +289,10 @@ def test_what_could_not_be_opened_is_tried_again(tmp_path: Path, visit) -> None:
         ann.say(mine, CAKE)
         ann.post(f"{mine}/corrections", kind="pin", goal="feed the birds")
         cookies = ann.http.cookies
-    with site(tmp_path / "episodes.db", FailsOnce(WRITES)) as address:
+    model = FailsOnce()
+    with site(tmp_path / "episodes.db", model) as address:
         back = visit(address, cookies=cookies)
-        FailsOnce.fails = True
+        model.fails = True
         assert back.live(mine)["error"] == "The model is away. Try again."
         for kind, live in back.events(mine):
             if kind == "live" and live["phase"] == "idle":

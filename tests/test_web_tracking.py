@@ -9,9 +9,8 @@ import httpx
 import pytest
 
 from fakes import WordModel
-from goalscope.types import ModelError
 from processes import started
-from sites import KEY, WRITES, site
+from sites import KEY, WRITES, FailsOnce, site
 
 TASK = "Help in the kitchen."
 GOALS = ["bake a cake", "cook tomato soup"]
@@ -64,7 +63,7 @@ def test_a_request_that_is_sent_again_counts_once(program: Program) -> None:
     assert told[0].json() == told[1].json() == told[2].json()
     other = program.put(f"{mine}/turns/1", json={**CAKE, "utterance": "soup"})
     assert (other.status_code, other.json()) == (
-        409, {"error": "Turn 1 was told before with different words."},
+        409, {"error": "Turn 1 was sent before with different words."},
     )  # fmt: skip
     assert program.put(f"{mine}/turns/3", json=CAKE).status_code == 409
     program.put(f"{mine}/turns/2", json={"utterance": "soup"})
@@ -134,7 +133,7 @@ TAKES = "It takes task, goals, propose."
         ({"data": {"task": TASK}}, 422, "The body must be a JSON object"),
         ({"content": '{"task": "x"}', "headers": {"content-type": "text/plain"}}, 422, "JSON obj"),
         ({}, 422, "The body must be a JSON object"),
-        ({"content": '{"task": }', "headers": JSON}, 422, "no JSON: Expecting value at character"),
+        ({"content": '{"task": }', "headers": JSON}, 422, "not JSON: Expecting value at character"),
         ({"content": b"\xff{", "headers": JSON}, 400, "Send a JSON object in UTF-8."),
     ],
 )
@@ -246,18 +245,8 @@ def test_reading_waits_for_nobody(tmp_path: Path) -> None:
         assert program.get(mine).json()["turn"] == 1
 
 
-class FailsOnce(WordModel):
-    fails = False
-
-    def token_logprobs(self, contexts, continuations, *, end_of_turn=False):
-        if self.fails:
-            self.fails = False
-            raise ModelError("The model is away. Try again.")
-        return super().token_logprobs(contexts, continuations, end_of_turn=end_of_turn)
-
-
 def test_a_turn_that_a_failing_model_could_not_read_can_be_told_again(tmp_path: Path) -> None:
-    model = FailsOnce(WRITES)
+    model = FailsOnce()
     with site(tmp_path / "episodes.db", model) as address, Program(address) as program:
         mine = program.opened()
         model.fails = True

@@ -47,7 +47,7 @@ CACHED = 16
 """Sessions whose rounds stay in memory."""
 
 GIVEN = "it was given"
-TOO_MANY = f"A session has at most {MAX_GOALS} goals. Rule some out, or leave some away."
+TOO_MANY = f"A session has at most {MAX_GOALS} goals. Rule some out, or leave some out."
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -219,7 +219,7 @@ class Trackers:
             utterance: What the person answered.
 
         Raises:
-            ConflictError: The turn was told in other words, is not the next one, or the session is
+            ConflictError: The turn was sent in other words, is not the next one, or the session is
                 closed or belongs to another model.
             InvalidInputError: There is no such session, or a text is broken or too long.
         """
@@ -231,7 +231,7 @@ class Trackers:
             turn = len(rounds) + 1 if turn is None else turn
             if 1 <= turn <= len(rounds):
                 if rounds[turn - 1].turn != said:
-                    raise ConflictError(f"Turn {turn} was told before with different words.")
+                    raise ConflictError(f"Turn {turn} was sent before with different words.")
                 return replace(session, rounds=rounds[:turn])
             if turn != len(rounds) + 1:
                 raise ConflictError(f"The next turn is {len(rounds) + 1}, not {turn}.")
@@ -362,7 +362,7 @@ class Trackers:
         model = self._model()
         if model_name(model) != session.info.model:
             raise ConflictError(
-                f"This session belongs to the model {session.info.model}, and here is "
+                f"This session belongs to the model {session.info.model}, not to "
                 f"{model_name(model)}. Open another one."
             )
         likelihood = roleplay_of(settings_of(session.info.settings), model)
@@ -402,7 +402,7 @@ def _new(belief: Belief, goals: object) -> list[Goal]:
     """Those goals that the belief does not hold yet."""
     asked = distinct(_checked(goals), belief.goals)
     if UNSPECIFIED in asked:
-        raise InvalidInputError(f"{UNSPECIFIED.text!r} always counts besides; leave it out.")
+        raise InvalidInputError(f"{UNSPECIFIED.text!r} is always among the goals; leave it out.")
     found = [goal for goal in asked if goal not in belief.goals]
     if len(belief.goals) + len(found) > MAX_GOALS + 1:
         raise InvalidInputError(TOO_MANY)

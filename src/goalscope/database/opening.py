@@ -43,7 +43,7 @@ ADVICE = {
     "SQLITE_LOCKED": "Another program is writing to it: close that one and try again.",
     "SQLITE_READONLY": "It may not be written: name another file.",
     "SQLITE_CANTOPEN": "It may not be opened: name another file.",
-    "SQLITE_CORRUPT": "It is damaged: move it away, and a new one is begun.",
+    "SQLITE_CORRUPT": "It is damaged: move it away, and a new one is created.",
     # PostgreSQL, by SQLSTATE or its class
     "08": SERVER,
     "22": "The database's encoding should be UTF8.",
@@ -267,7 +267,7 @@ def explained(place: str | Path) -> Generator[None]:
         cause = error.orig or error if isinstance(error, DBAPIError) else error
         if getattr(cause, "sqlite_errorname", "") == "SQLITE_NOTADB":
             raise InvalidInputError(
-                f"{place} is no database of goalscope: it is no SQLite file. Name another one."
+                f"{place} is no database of goalscope: it is not a SQLite file. Name another one."
             ) from error
         said = " ".join(str(cause).split())
         raise GoalscopeError(

@@ -329,7 +329,7 @@ def _participant(
     for each in found:
         if each.visitor != visitor:
             raise ConflictError(
-                "This study was begun with your id in another browser. Please go on there."
+                "This study was begun with your id in another browser. Please continue there."
             )
         if each.external != external:
             raise ConflictError("Somebody has taken part in this study with this browser already.")

@@ -157,7 +157,7 @@ def create_app(store: Store, model: Model, defaults: Settings | None = None) -> 
     def own(id: str, visitor: Visitor, *, again: bool = False) -> Conversation:
         info = visible(id, visitor)
         if not visitor.owns(info.owner):
-            raise HTTPException(403, "This is somebody else's episode, which only they go on with.")
+            raise HTTPException(403, "This is somebody else's episode; only they can continue it.")
         if info.ended:
             raise HTTPException(409, "This episode has ended. Begin another one.")
         return conversations.resume(info, again=again)

@@ -9,8 +9,6 @@ from collections import OrderedDict
 from collections.abc import Callable, Generator
 from concurrent.futures import Future
 from contextlib import contextmanager
-from dataclasses import asdict, dataclass, replace
-from functools import partial
 from threading import RLock
 from typing import Any, Literal, TypeVar
 
@@ -19,9 +17,8 @@ from pydantic import BaseModel
 from goalscope.belief import Belief
 from goalscope.dialog import FALLBACK
 from goalscope.domains import Settings, open_environment
-from goalscope.envs import Environment
 from goalscope.likelihood import DEFAULT_LAYOUT, RolePlay
-from goalscope.models import Model, OnText
+from goalscope.models import Model
 from goalscope.session import Session, saved_settings
 from goalscope.store import EpisodeInfo, Store
 from goalscope.tracker import Correction
@@ -51,18 +48,6 @@ DRAFT_SECONDS = 0.1
 Event = tuple[Literal["live", "round", "ended"], BaseModel]
 
 
-@dataclass(frozen=True, slots=True)
-class _State:
-    version: int
-    phase: Literal["idle", "waiting", "thinking"] = "idle"
-    place: int = 0
-    step: str = ""
-    draft: str = ""
-    query: str | None = None
-    utterance: str | None = None
-    error: str | None = None
-
-
 class Conversation:
     """One person and their agent.
 
@@ -70,38 +55,51 @@ class Conversation:
     happens.
 
     Args:
+        store: Keeps the rounds.
         queue: Runs what needs the model.
-        env: Where the agent acts.
         model: The session's.
-        open: Opens the session, given callbacks for the agent's progress and drafts, and the
-            episode to resume.
+        settings: The session's.
+        owner: Whose episode it is.
         resumed: The stored episode to resume; its session is opened in the queue.
+
+    Raises:
+        GoalscopeError: It cannot be started with these settings.
     """
 
     def __init__(
         self,
+        store: Store,
         queue: ModelQueue,
-        env: Environment,
         model: Model,
-        open: Callable[[OnText, OnText, EpisodeInfo | None], Session],
+        settings: Settings,
+        owner: str,
         resumed: EpisodeInfo | None = None,
     ) -> None:
-        self._queue, self._env, self._model = queue, env, model
+        self._store, self._queue, self._model = store, queue, model
+        self._settings, self._owner = settings, owner
+        self._env = open_environment(settings)
         self._lock = RLock()
-        self._state = _State(time.time_ns() // 1_000_000)
+        self._state = Live(
+            version=time.time_ns() // 1_000_000,
+            phase="idle",
+            completion_phrase=self._env.completion_phrase,
+        )
         self._listeners: dict[asyncio.Queue[Event], asyncio.AbstractEventLoop] = {}
         self._opened: Session | None = None
         self._viewed: tuple[Belief | None, BeliefView | None] = None, None
-        self._open = partial(open, lambda step: self._update(step=step), self._on_draft)
         self._draft_time = 0.0
         self.used = time.monotonic()
-        if resumed:
-            self.id = resumed.id
-            self.catch_up(resumed, again=True)
-        else:
-            self._opened = self._open(None)
-            self.id = self._opened.id
-            self._ask()
+        try:
+            if resumed:
+                self.id = resumed.id
+                self.catch_up(resumed, again=True)
+            else:
+                self._opened = self._open(None)
+                self.id = self._opened.id
+                self._ask()
+        except BaseException:
+            self.close()
+            raise
 
     @property
     def _session(self) -> Session:
@@ -127,21 +125,21 @@ class Conversation:
         """The state that the page shows."""
         with self._lock:
             state, session = self._state, self._opened
-            shown: dict[str, Any] = asdict(state)
-            shown["completion_phrase"] = self._env.completion_phrase
             if session is None:
-                return Live(**shown)
+                return state
             last = session.rounds[-1] if session.rounds else None
             asked = bool(last and last.question and (state.query or "").endswith(last.question))
             waits = asked and state.utterance is None
-            return Live(
-                **shown,
+            return self._changed(
                 round=len(session.rounds) + 1,
                 belief=self._view(session.belief),
                 changes=[ChangeView.of(change) for change in session.corrections],
                 can_undo=session.can_undo_correction,
                 confirm=Confirm.of(last) if last and waits else None,
             )
+
+    def _changed(self, **changes: Any) -> Live:
+        return self._state.model_copy(update=changes)
 
     def _view(self, belief: Belief | None) -> BeliefView | None:
         """Cached, as it is sent again and again while people wait."""
@@ -237,6 +235,18 @@ class Conversation:
         """Close the environment; everything is in the store."""
         self._env.close()
 
+    def _open(self, resume: EpisodeInfo | None) -> Session:
+        return Session(
+            self._store,
+            self._settings,
+            self._env,
+            self._model,
+            owner=self._owner,
+            resume=resume,
+            progress=lambda step: self._update(step=step),
+            draft=self._on_draft,
+        )
+
     def _change(self, change: Callable[[], object]) -> Future[None]:
         def work() -> None:
             change()
@@ -304,7 +314,7 @@ class Conversation:
 
     def _update(self, **changes: Any) -> None:
         with self._lock:
-            self._state = replace(self._state, version=self._state.version + 1, **changes)
+            self._state = self._changed(version=self._state.version + 1, **changes)
             self._publish("live", self.live)
 
     def _on_draft(self, text: str) -> None:
@@ -370,25 +380,7 @@ class Conversations:
             conversation.close()
 
     def _enter(self, owner: str, settings: Settings, resume: EpisodeInfo | None) -> Conversation:
-        env = open_environment(settings)
-
-        def open(progress: OnText, draft: OnText, resume: EpisodeInfo | None) -> Session:
-            return Session(
-                self._store,
-                settings,
-                env,
-                self._model,
-                owner=owner,
-                resume=resume,
-                progress=progress,
-                draft=draft,
-            )
-
-        try:
-            entered = Conversation(self.queue, env, self._model, open, resume)
-        except BaseException:
-            env.close()
-            raise
+        entered = Conversation(self._store, self.queue, self._model, settings, owner, resume)
         with self._lock:
             self._open[entered.id] = entered
             idle = [each for each in self._open.values() if each.is_idle and each is not entered]

@@ -58,7 +58,7 @@ def _explain(request: Request, faults: Any) -> str:
     body: type[BaseModel] = request.scope["route"].body_field.field_info.annotation
     takes = f"It takes {', '.join(body.model_fields)}."
     if kind == "json_invalid":
-        return f"The body is no JSON: {fault['ctx']['error']} at character {name}. {takes}"
+        return f"The body is not JSON: {fault['ctx']['error']} at character {name}. {takes}"
     if not path:
         return f"The body must be a JSON object, sent as application/json. {takes}"
     if kind == "extra_forbidden":

@@ -41,7 +41,7 @@ class NewAnswer(RequestBody):
 
 
 class Participation(BaseModel):
-    """A study, and how far the participant has come in it.
+    """What a participant sees of a study's plan, and how far they have come.
 
     Attributes:
         over: Why nobody new can take part, in a sentence; empty where they can.
@@ -153,15 +153,5 @@ def study_router(store: Store) -> APIRouter:
 
 
 def _view(study: Study, participant: Participant | None, *, over: str = "") -> Participation:
-    plan = study.plan
-    return Participation(
-        title=plan.title,
-        consent=plan.consent,
-        instructions=plan.instructions,
-        question=plan.question,
-        scale=list(plan.scale),
-        min_explanation=plan.min_explanation,
-        over=over,
-        answered=participant and [each.rating is not None for each in participant.answers],
-        thanks=plan.thanks,
-    )
+    answered = participant and [each.rating is not None for each in participant.answers]
+    return Participation(**asdict(study.plan), over=over, answered=answered)

@@ -83,7 +83,7 @@ def tracking_router(trackers: Trackers, queue: ModelQueue, store: Store) -> APIR
 
     def require_owner(id: str, visitor: Visitor) -> None:
         if not visitor.owns(visible(id, visitor).owner):
-            raise HTTPException(403, "This is somebody else's session, which only they change.")
+            raise HTTPException(403, "This is somebody else's session; only they can change it.")
 
     async def queued(work: Callable[[], Tracked]) -> TrackerView:
         return await wrap_future(queue.submit(lambda: TrackerView.of(work())))
