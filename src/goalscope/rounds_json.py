@@ -6,7 +6,7 @@ import json
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict, fields
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, TypeVar
 
 from goalscope.calibration import calibration_from_json
 from goalscope.episode import Round
@@ -25,6 +25,8 @@ __all__ = [
     "turn_like",
 ]
 
+T = TypeVar("T")
+
 
 def round_to_json(round: Round) -> str:
     """Write a round as strict JSON in ASCII; -inf, which JSON lacks, as the string "-inf".
@@ -38,24 +40,18 @@ def round_to_json(round: Round) -> str:
 
 def round_from_json(text: str) -> Round:
     """Read what `round_to_json` wrote; the round is equal in every value."""
-    data = json.loads(text)
-    belief, reading = data["belief"], data["reading"]
-    values = {
-        "turn": Turn(**data["turn"]),
-        "belief": belief and belief_from_json(belief),
-        "reading": reading and _reading(reading),
-        "changes": tuple(
-            GoalChange(**{**each, "goal": Goal(**each["goal"])}) for each in data["changes"]
-        ),
-        "results": tuple(
-            StepResult(**{**each, "action": Action(**each["action"])}) for each in data["results"]
-        ),
-        "notes": tuple(data["notes"]),
-        "pending": _orders(data["pending"]),
-        "released": _orders(data["released"]),
-        "retracts": tuple(data["retracts"]),
-    }
-    return Round(**{**data, **values})
+    values: dict[str, Any] = json.loads(text)
+    belief, reading = values["belief"], values["reading"]
+    values["turn"] = Turn(**values["turn"])
+    values["belief"] = belief and belief_from_json(belief)
+    values["reading"] = reading and _reading(reading)
+    values["changes"] = tuple(_with(GoalChange, each, goal=Goal) for each in values["changes"])
+    values["results"] = tuple(_with(StepResult, each, action=Action) for each in values["results"])
+    for name in ("pending", "released"):
+        values[name] = _orders(values[name])
+    for name in ("notes", "retracts"):
+        values[name] = tuple(values[name])
+    return Round(**values)
 
 
 def belief_to_json(belief: Belief) -> dict[str, Any]:
@@ -88,6 +84,11 @@ def belief_from_json(data: Mapping[str, Any]) -> Belief:
         tuple(map(Goal, data["ruled_out"])),
         tuple((turn, weight) for turn, weight in data["weights"]),
     )
+
+
+def _with(kind: type[T], values: dict[str, Any], **inner: type[Any]) -> T:
+    """The dataclass of these values, some of which are dataclasses themselves."""
+    return kind(**values | {name: one(**values[name]) for name, one in inner.items()})
 
 
 def _reading(data: Mapping[str, Any]) -> Reading:

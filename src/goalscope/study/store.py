@@ -381,9 +381,10 @@ def _read_answer(row: Row[Any]) -> Answer:
 
 
 def _read_item(row: Row[Any]) -> Item:
-    view = json.loads(row.view)
-    turns = tuple(Turn(**turn) for turn in view["transcript"])
-    return Item(**{**view, "possible": tuple(view["possible"]), "transcript": turns})
+    view: dict[str, Any] = json.loads(row.view)
+    view["possible"] = tuple(view["possible"])
+    view["transcript"] = tuple(Turn(**turn) for turn in view["transcript"])
+    return Item(**view)
 
 
 def _read_study(row: Row[Any]) -> Study:
