@@ -19,6 +19,7 @@ from fakes import GOALS, NEEDS, QUESTION, WordModel
 from goalscope.domains import Settings
 from goalscope.models import Model
 from goalscope.store import Store
+from goalscope.types import ModelError
 from goalscope.web.app import create_app
 from goalscope.web.guard import Guard
 
@@ -29,6 +30,21 @@ WRITES = {
     NEEDS: "needed: flour, sugar",
     QUESTION: "What do you like?",
 }
+
+
+class FailsOnce(WordModel):
+    """Fails in the next call after `fails` was set."""
+
+    fails = False
+
+    def __init__(self) -> None:
+        super().__init__(WRITES)
+
+    def token_logprobs(self, contexts, continuations, *, end_of_turn=False):
+        if self.fails:
+            self.fails = False
+            raise ModelError("The model is away. Try again.")
+        return super().token_logprobs(contexts, continuations, end_of_turn=end_of_turn)
 
 
 class Person:

@@ -4,7 +4,7 @@ import re
 from base64 import b64encode
 from hashlib import sha256
 
-from goalscope.web.ribbons import ribbons
+from goalscope.web.exports import ribbons
 from goalscope.web.views import BeliefView, GoalView
 
 CAKE = "I want to bake a cake. Please add flour."
@@ -14,7 +14,7 @@ def test_a_saved_page_is_drawn_and_runs_nothing(address: str, visit) -> None:
     ann = visit(address)
     mine = ann.begin()
     ann.say(mine, CAKE)
-    ann.say(mine, "Also <b>milk</b>, please.")
+    ann.say(mine, "Also <script>alert(1)</script> <b>milk</b>, please.")
     page = ann.http.get(f"{mine}/export.html").text
     (style,) = re.findall("<style>(.*?)</style>", page, re.DOTALL)
     allowed = b64encode(sha256(style.encode()).digest()).decode()
@@ -25,6 +25,7 @@ def test_a_saved_page_is_drawn_and_runs_nothing(address: str, visit) -> None:
     assert len(paths) >= len(belief["goals"])
     assert paths[-1] == "unspecified"
     assert "None of these yet" in page
+    assert "&lt;script&gt;alert(1)" in page
 
 
 def test_ribbons_fill_the_height_and_lie_on_each_other() -> None:

@@ -23,13 +23,10 @@ from goalscope.experiment.summary import inert
 from goalscope.report import read_report
 from goalscope.store import Store
 from goalscope.study import plan
-from goalscope.study.agreement import krippendorff_alpha
-from goalscope.study.assignment import assigned
-from goalscope.study.export import as_csv
 from goalscope.study.items import DID, LEFT, chosen_episodes, item_of
 from goalscope.study.plan import Plan, read_plan
-from goalscope.study.store import StudyStore
-from goalscope.study.summary import study_tables
+from goalscope.study.store import StudyStore, assigned
+from goalscope.study.summary import as_csv, krippendorff_alpha, study_tables
 from goalscope.types import TRACKING, Action, ConflictError, InvalidInputError, StepResult, Turn
 from test_summary import column, row
 
@@ -62,10 +59,10 @@ def store(place):
         yield opened
 
 
-def rate(book, person, rating, text="because it fits"):
+def rate(studies, person, rating, text="because it fits"):
     for answer in person.answers:
         given = rating(answer) if callable(rating) else rating
-        book.answer(person, answer.place, given, text, answer.revision + 1)
+        studies.answer(person, answer.place, given, text, answer.revision + 1)
 
 
 def test_the_example_is_a_study():
@@ -127,9 +124,9 @@ def test_a_robot_is_judged_by_what_it_did(store):
     with pytest.raises(InvalidInputError, match="No person has an episode that has ended"):
         StudyStore(store).add(PLAN)
     store.finish(id, ended="truncated", score=0.0)
-    book = StudyStore(store)
-    person = book.join(book.add(replace(PLAN, transcript=True)), "v", "v")
-    item, _ = book.open(person, 1)
+    studies = StudyStore(store)
+    person = studies.join(studies.add(replace(PLAN, transcript=True)), "v", "v")
+    item, _ = studies.open(person, 1)
     done, _, left = item.outcome.partition(LEFT)
     assert done == f"{DID}\n- open: safe\n"
     assert {"- safe: open", "- watch 2: in drawer 3", "- laptop: closed, off, on the desk"} <= {
@@ -178,52 +175,52 @@ def test_a_room_that_cannot_be_entered_again_has_its_last_status(store, lost):
 
 def test_a_closed_study_takes_nobody_new_and_who_began_may_finish(store, place):
     fill(store)
-    book = StudyStore(store)
-    study = book.add(PLAN)
-    ann = book.join(study, "ann", "ann")
+    studies = StudyStore(store)
+    study = studies.add(PLAN)
+    ann = studies.join(study, "ann", "ann")
     with Store.open(place) as elsewhere:
         there = StudyStore(elsewhere)
         assert there.over(there.named("s")) == ""
-        book.close(study)
+        studies.close(study)
         assert "is closed" in there.over(there.named("s"))
         for known in (study, there.named("s")):
             with pytest.raises(ConflictError, match="is closed"):
                 there.join(known, "ben", "ben")
-    assert book.join(study, "ann", "ann") == ann
-    rate(book, ann, 2)
-    assert book.participant(study, "ann", "ann").finished
-    closed = book.named("s").closed
-    book.close(study)
-    assert book.named("s").closed == closed
+    assert studies.join(study, "ann", "ann") == ann
+    rate(studies, ann, 2)
+    assert studies.participant(study, "ann", "ann").finished
+    closed = studies.named("s").closed
+    studies.close(study)
+    assert studies.named("s").closed == closed
 
 
 def test_a_deleted_study_leaves_nothing_and_takes_nothing_else(store):
     ids = fill(store)
-    book = StudyStore(store)
-    study, other = book.add(PLAN), book.add(replace(PLAN, name="t"))
-    ann, ben = book.join(study, "ann", "ann"), book.join(other, "ben", "ben")
-    rate(book, ann, 2)
-    rate(book, ben, 1)
-    kept = book.participants(other)
-    book.delete(study)
+    studies = StudyStore(store)
+    study, other = studies.add(PLAN), studies.add(replace(PLAN, name="t"))
+    ann, ben = studies.join(study, "ann", "ann"), studies.join(other, "ben", "ben")
+    rate(studies, ann, 2)
+    rate(studies, ben, 1)
+    kept = studies.participants(other)
+    studies.delete(study)
     with pytest.raises(InvalidInputError, match="no study"):
-        book.named("s")
-    assert [each.plan.name for each in book.all()] == ["t"]
-    assert book.participants(other) == kept
+        studies.named("s")
+    assert [each.plan.name for each in studies.all()] == ["t"]
+    assert studies.participants(other) == kept
     with store.reading() as connection:
         for table, count in ((PARTICIPANTS, 1), (ITEMS, 4), (ANSWERS, 2)):
             assert connection.scalar(select(func.count()).select_from(table)) == count
     assert [info.id for info in store.episodes()] == ids
-    assert book.participants(book.add(PLAN)) == []
+    assert studies.participants(studies.add(PLAN)) == []
 
 
 def test_the_interval_of_a_score_is_that_of_other_raters(store):
     """Half of the people give 3 and half 0: of n drawn people the share of 3 is binomial."""
     ids = fill(store, methods=("good",), people=2)
-    book = StudyStore(store)
-    study = book.add(replace(PLAN, ratings_per_item=20))
+    studies = StudyStore(store)
+    study = studies.add(replace(PLAN, ratings_per_item=20))
     for n in range(20):
-        rate(book, book.join(study, f"v{n}", f"v{n}"), 3 * (n % 2))
+        rate(studies, studies.join(study, f"v{n}", f"v{n}"), 3 * (n % 2))
     _, methods, episodes = study_tables(store, study)
     low, high = binom.ppf([0.025, 0.975], 20, 0.5) / 20
     (whole,) = column(methods, "human score")
@@ -273,79 +270,79 @@ def test_alpha_by_hand():
 
 def test_people_get_items_that_need_ratings_until_there_are_enough(store):
     fill(store)
-    book = StudyStore(store)
-    study = book.add(PLAN)
-    people = [book.join(study, f"visitor {n}", f"id {n}") for n in range(4)]
+    studies = StudyStore(store)
+    study = studies.add(PLAN)
+    people = [studies.join(study, f"visitor {n}", f"id {n}") for n in range(4)]
     counts = Counter(answer.item for each in people for answer in each.answers)
     assert sorted(counts.values()) == [2, 2, 2, 2]
     with pytest.raises(ConflictError, match="all the ratings"):
-        book.join(study, "late", "late")
-    assert book.join(study, "visitor 1", "id 1") == people[1]
+        studies.join(study, "late", "late")
+    assert studies.join(study, "visitor 1", "id 1") == people[1]
 
 
 def test_those_who_left_make_room(store):
     fill(store)
-    book = StudyStore(store)
-    study = book.add(replace(PLAN, ratings_per_item=1))
-    stays, gone = (book.join(study, name, name) for name in ("stays", "gone"))
-    rate(book, stays, 2)
+    studies = StudyStore(store)
+    study = studies.add(replace(PLAN, ratings_per_item=1))
+    stays, gone = (studies.join(study, name, name) for name in ("stays", "gone"))
+    rate(studies, stays, 2)
     with pytest.raises(ConflictError):
-        book.join(study, "more", "more")
+        studies.join(study, "more", "more")
     old = (datetime.now(UTC) - timedelta(minutes=61)).isoformat()
     both = PARTICIPANTS.c.number.in_([stays.number, gone.number])
     aged = PARTICIPANTS.update().where(both).values(joined=old)
     with store.writing() as connection:
         assert connection.execute(aged).rowcount == 2
-    more = book.join(study, "more", "more")
+    more = studies.join(study, "more", "more")
     assert {a.item for a in more.answers} == {a.item for a in gone.answers}
 
 
 def test_an_id_belongs_to_the_browser_in_which_its_owner_agreed(store):
     fill(store)
-    book = StudyStore(store)
-    study = book.add(PLAN)
-    ann = book.join(study, "browser 1", "ann")
-    assert book.participant(study, "browser 1", "ann") == ann
-    assert book.participant(study, "browser 2", "ben") is None
+    studies = StudyStore(store)
+    study = studies.add(PLAN)
+    ann = studies.join(study, "browser 1", "ann")
+    assert studies.participant(study, "browser 1", "ann") == ann
+    assert studies.participant(study, "browser 2", "ben") is None
     with pytest.raises(ConflictError, match="another browser"):
-        book.participant(study, "browser 2", "ann")
+        studies.participant(study, "browser 2", "ann")
     with pytest.raises(ConflictError, match="another browser"):
-        book.join(study, "browser 2", "ann")
+        studies.join(study, "browser 2", "ann")
     with pytest.raises(ConflictError, match="this browser"):
-        book.join(study, "browser 1", "ben")
+        studies.join(study, "browser 1", "ben")
 
 
 def test_who_takes_back_their_consent_is_forgotten(store):
     fill(store)
-    book = StudyStore(store)
-    study, other = book.add(PLAN), book.add(replace(PLAN, name="t"))
-    ann, ben = (book.join(study, name, name) for name in ("ann", "ben"))
-    rate(book, ann, 2)
+    studies = StudyStore(store)
+    study, other = studies.add(PLAN), studies.add(replace(PLAN, name="t"))
+    ann, ben = (studies.join(study, name, name) for name in ("ann", "ben"))
+    rate(studies, ann, 2)
     with pytest.raises(InvalidInputError, match="no participant"):
-        book.forget(other, ann.number)
-    book.forget(study, ann.number)
-    assert book.participants(study) == [ben]
-    assert book.participant(study, "ann", "ann") is None
+        studies.forget(other, ann.number)
+    studies.forget(study, ann.number)
+    assert studies.participants(study) == [ben]
+    assert studies.participant(study, "ann", "ann") is None
     with pytest.raises(InvalidInputError, match="no participant"):
-        book.forget(study, ann.number)
+        studies.forget(study, ann.number)
 
 
 def test_an_older_answer_never_replaces_a_newer(store):
     fill(store)
-    book = StudyStore(store)
-    ann = book.join(book.add(PLAN), "v", "v")
-    first = book.answer(ann, 1, 2, "first", 1)
-    assert book.answer(ann, 1, 2, "first", 1) == first
-    newer = book.answer(ann, 1, 3, "second", 2)
+    studies = StudyStore(store)
+    ann = studies.join(studies.add(PLAN), "v", "v")
+    first = studies.answer(ann, 1, 2, "first", 1)
+    assert studies.answer(ann, 1, 2, "first", 1) == first
+    newer = studies.answer(ann, 1, 3, "second", 2)
     assert newer.answered == first.answered
     for rating, text, revision in ((2, "first", 1), (3, "other", 2), (1, "second", 2)):
         with pytest.raises(ConflictError):
-            book.answer(ann, 1, rating, text, revision)
-    assert book.open(ann, 1)[1].explanation == "second"
+            studies.answer(ann, 1, rating, text, revision)
+    assert studies.open(ann, 1)[1].explanation == "second"
     with pytest.raises(InvalidInputError, match="no question 3"):
-        book.answer(ann, 3, 1, "x", 1)
+        studies.answer(ann, 3, 1, "x", 1)
     with pytest.raises(InvalidInputError, match="0 to 3"):
-        book.answer(ann, 1, 4, "x", 9)
+        studies.answer(ann, 1, 4, "x", 9)
 
 
 def test_scores_of_people_beside_those_of_the_judge_and_the_state(store):
@@ -361,11 +358,15 @@ def test_scores_of_people_beside_those_of_the_judge_and_the_state(store):
         (judge,) = store.plan([{**about, "of": {"key": run.key}, "empty": False}])
         trials = [{"score": s, "explanation": "", "answer": ""} for s in scores]
         store.keep(judge.key, {"trials": trials}, {})
-    book = StudyStore(store)
-    study = book.add(replace(PLAN, ratings_per_item=3))
+    studies = StudyStore(store)
+    study = studies.add(replace(PLAN, ratings_per_item=3))
     worth = dict(zip(ids, ([3, 1, 0], [1, 1, 3]), strict=True))
     for n in range(3):
-        rate(book, book.join(study, f"v{n}", f"v{n}"), lambda answer, n=n: worth[answer.episode][n])
+        rate(
+            studies,
+            studies.join(study, f"v{n}", f"v{n}"),
+            lambda answer, n=n: worth[answer.episode][n],
+        )
     progress, methods, episodes = study_tables(store, study)
     good, other = row(methods, "grocery", "m", "good"), row(methods, "grocery", "m", "no-goals")
     assert good["human score"].form == "percent"
@@ -385,10 +386,10 @@ def test_scores_of_people_beside_those_of_the_judge_and_the_state(store):
 def test_all_scores_of_a_method_are_of_the_episodes_that_are_rated(store):
     one, other = fill(store, methods=("good",))
     store.finish(other, ended="terminated", score=0.0)
-    book = StudyStore(store)
-    study = book.add(replace(PLAN, items_per_participant=1))
-    ann = book.join(study, "ann", "ann")
-    rate(book, ann, 3)
+    studies = StudyStore(store)
+    study = studies.add(replace(PLAN, items_per_participant=1))
+    ann = studies.join(study, "ann", "ann")
+    rate(studies, ann, 3)
     (_, methods, _) = study_tables(store, study)
     good = row(methods, "grocery", "m", "good")
     assert (good["episodes rated"], good["ratings"], good["human score"].value) == (1, 1, 1.0)
@@ -399,10 +400,10 @@ def test_all_scores_of_a_method_are_of_the_episodes_that_are_rated(store):
 def test_no_cell_is_a_formula(store, text):
     assert inert(text) == f"'{text}"
     fill(store)
-    book = StudyStore(store)
-    study = book.add(PLAN)
-    ann = book.join(study, "v", text)
-    book.answer(ann, 1, 2, text, 1)
+    studies = StudyStore(store)
+    study = studies.add(PLAN)
+    ann = studies.join(study, "v", text)
+    studies.answer(ann, 1, 2, text, 1)
     lines = list(csv.DictReader(StringIO(as_csv(store, study), newline="")))
     assert len(lines) == 2
     given = next(line for line in lines if line["place"] == "1")

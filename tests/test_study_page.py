@@ -127,8 +127,8 @@ def test_from_consent_to_the_end_with_every_mishap(file: Path, address: str, ent
     expect(page.get_by_text(PLAN.thanks)).to_be_visible()
 
     with Store.open(file) as store:
-        book = StudyStore(store)
-        (ann,) = book.participants(book.named("shop"))
+        studies = StudyStore(store)
+        (ann,) = studies.participants(studies.named("shop"))
         with store.reading() as connection:
             rows = connection.scalar(select(func.count()).select_from(ANSWERS))
     assert (ann.external, ann.finished) == ("ann", True)

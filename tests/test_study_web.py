@@ -193,9 +193,9 @@ def test_many_at_once_get_no_more_ratings_than_are_wanted(place: str, visit) -> 
 def test_who_comes_too_late_is_told_before_they_agree(tmp_path: Path, visit) -> None:
     with Store.open(tmp_path / "episodes.db") as store:
         fill(store)
-        book = StudyStore(store)
-        study = book.add(replace(WEB, ratings_per_item=1))
-        closed = book.add(replace(WEB, name="closed"))
+        studies = StudyStore(store)
+        study = studies.add(replace(WEB, ratings_per_item=1))
+        closed = studies.add(replace(WEB, name="closed"))
         with site(tmp_path / "episodes.db") as address:
             ann, ben, cleo = (visit(address) for _ in range(3))
             for each in (ann, ben):
@@ -206,12 +206,12 @@ def test_who_comes_too_late_is_told_before_they_agree(tmp_path: Path, visit) -> 
             assert put(ann, 1, 2, 1).status_code == 200
             home = "/api/studies/closed"
             ann.post(f"{home}/consent", agreed=True)
-            book.close(closed)
+            studies.close(closed)
             assert "is closed" in cleo.get(home)["over"]
             refused = cleo.http.post(f"{home}/consent", json={"agreed": True})
             assert (refused.status_code, "is closed" in refused.json()["error"]) == (409, True)
             assert put(ann, 1, 2, 1, home=home).status_code == 200
-            book.delete(study)
+            studies.delete(study)
             assert ann.http.get(HOME).status_code == 404
             assert put(ann, 1, 3, 2).status_code == 404
 
@@ -295,8 +295,8 @@ def test_a_thousand_answers_over_a_bad_network_are_a_thousand_rows(tmp_path: Pat
         for thread in late:
             thread.join()
     with Store.open(tmp_path / "episodes.db") as store:
-        book = StudyStore(store)
-        people = book.participants(book.named("shop"))
+        studies = StudyStore(store)
+        people = studies.participants(studies.named("shop"))
         with store.reading() as connection:
             rows = connection.scalar(select(func.count()).select_from(ANSWERS))
     assert rows == 1000

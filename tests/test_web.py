@@ -13,10 +13,10 @@ from fakes import WordModel
 from goalscope.domains import Settings
 from goalscope.episode import Round
 from goalscope.store import Store
-from goalscope.types import Action, GoalscopeError, ModelError, StepResult, Turn
+from goalscope.types import Action, GoalscopeError, StepResult, Turn
 from goalscope.web import conversations
 from goalscope.web.exports import room_picture
-from sites import KEY, WRITES, site
+from sites import KEY, WRITES, FailsOnce, site
 
 CAKE = "I want to bake a cake. Please add flour."
 
@@ -148,23 +148,14 @@ def test_words_that_no_model_can_read_are_refused(address: str, text: str, visit
     assert ann.live(mine)["round"] == 1
 
 
-class FailsOnce(WordModel):
-    fails = False
-
-    def token_logprobs(self, contexts, continuations, *, end_of_turn=False):
-        if self.fails:
-            type(self).fails = False
-            raise ModelError("The model is away. Try again.")
-        return super().token_logprobs(contexts, continuations, end_of_turn=end_of_turn)
-
-
 def test_what_a_failing_model_could_not_read_is_kept_to_be_said_again(
     tmp_path: Path, visit
 ) -> None:
-    with site(tmp_path / "episodes.db", FailsOnce(WRITES)) as address:
+    model = FailsOnce()
+    with site(tmp_path / "episodes.db", model) as address:
         ann = visit(address)
         mine = ann.begin()
-        FailsOnce.fails = True
+        model.fails = True
         failed = ann.say(mine, CAKE)
         assert failed["error"] == "The model is away. Try again."
         assert failed["utterance"] == CAKE
@@ -184,35 +175,6 @@ def test_an_episode_goes_on_after_the_server_was_started_again(tmp_path: Path, v
         assert after["version"] > before["version"]
         assert {**after, "version": 0} == {**before, "version": 0}
         assert back.say(mine, "And milk.")["round"] == 3
-
-
-def test_people_do_not_mix(address: str, visit) -> None:
-    people = [visit(address) for _ in range(8)]
-    episodes = [person.begin() for person in people]
-
-    def talk(number: int) -> None:
-        people[number].say(episodes[number], f"I am person number{number} and want eggs.")
-
-    threads = [threading.Thread(target=talk, args=[number]) for number in range(8)]
-    for thread in threads:
-        thread.start()
-    for thread in threads:
-        thread.join()
-    for number, (person, mine) in enumerate(zip(people, episodes, strict=True)):
-        text = person.http.get(f"{mine}/export.json").text
-        assert f"number{number}" in text
-        assert not any(f"number{other}" in text for other in range(8) if other != number)
-        assert person.get("/api/episodes")["total"] == 1
-
-
-def test_exports_show_hostile_text_as_text(address: str, visit) -> None:
-    ann = visit(address)
-    mine = ann.begin()
-    ann.say(mine, "<script>alert(1)</script> eggs")
-    page = ann.http.get(f"{mine}/export.html").text
-    assert "<script" not in page
-    assert "&lt;script&gt;alert(1)" in page
-    assert ann.http.get(f"{mine}/picture.svg", params={"round": 1}).status_code == 400
 
 
 def test_the_room_is_drawn_as_it_was_after_a_round(address: str, visit) -> None:
@@ -241,12 +203,6 @@ def test_the_room_of_a_simulated_person_is_their_own(tmp_path: Path) -> None:
     assert pictures[0] != pictures[1]
 
 
-def test_only_known_scenes_can_be_entered(address: str, visit) -> None:
-    ann = visit(address)
-    answer = ann.http.post("/api/episodes", json={"domain": "house", "scene": "/etc/passwd"})
-    assert answer.status_code == 400
-
-
 def test_the_host_finds_an_episode_by_its_words(address: str, visit) -> None:
     host = visit(address)
     host.http.get("/", params={"key": KEY})
@@ -254,11 +210,6 @@ def test_the_host_finds_an_episode_by_its_words(address: str, visit) -> None:
     found = host.get("/api/episodes", text="house", limit=1)
     assert found["total"] >= 1
     assert mine.endswith(found["episodes"][0]["id"])
-
-
-def test_the_interface_describes_itself(address: str, visit) -> None:
-    described = visit(address).get("/api/openapi.json")
-    assert described["paths"]["/api/episodes/{id}/utterances"]["post"]["responses"]["202"]
 
 
 class FullDisk(Store):
@@ -338,9 +289,10 @@ def test_what_could_not_be_opened_is_tried_again(tmp_path: Path, visit) -> None:
         ann.say(mine, CAKE)
         ann.post(f"{mine}/corrections", kind="pin", goal="feed the birds")
         cookies = ann.http.cookies
-    with site(tmp_path / "episodes.db", FailsOnce(WRITES)) as address:
+    model = FailsOnce()
+    with site(tmp_path / "episodes.db", model) as address:
         back = visit(address, cookies=cookies)
-        FailsOnce.fails = True
+        model.fails = True
         assert back.live(mine)["error"] == "The model is away. Try again."
         for kind, live in back.events(mine):
             if kind == "live" and live["phase"] == "idle":
@@ -378,7 +330,7 @@ def test_reasons_can_be_read_while_a_round_runs(tmp_path: Path, visit) -> None:
 def test_an_episode_stays_open_until_its_first_request_is_over(
     tmp_path: Path, visit, monkeypatch
 ) -> None:
-    monkeypatch.setattr(conversations, "KEPT", 0)
+    monkeypatch.setattr(conversations, "MAX_OPEN", 0)
     closed: list[str] = []
     monkeypatch.setattr(
         conversations.Conversation, "close", lambda conversation: closed.append(conversation.id)
@@ -387,7 +339,7 @@ def test_an_episode_stays_open_until_its_first_request_is_over(
         ann = visit(address)
         episodes = [ann.begin() for _ in range(3)]
         assert closed == []
-        monkeypatch.setattr(conversations, "SETTLED", 0.0)
+        monkeypatch.setattr(conversations, "OPEN_SECONDS", 0.0)
         ann.begin()
         assert [f"/api/episodes/{id}" for id in closed] == episodes
 
@@ -413,7 +365,7 @@ def heard_in_a_round(ann, mine: str) -> list[dict]:
 
 
 def test_a_question_is_told_as_it_is_written(address: str, visit, monkeypatch) -> None:
-    monkeypatch.setattr(conversations, "PAUSE", 0.0)
+    monkeypatch.setattr(conversations, "DRAFT_SECONDS", 0.0)
     ann = visit(address)
     heard = heard_in_a_round(ann, ann.begin())
     drafts = [each["draft"] for each in heard if each["draft"]]
@@ -424,7 +376,7 @@ def test_a_question_is_told_as_it_is_written(address: str, visit, monkeypatch) -
 
 
 def test_drafts_are_told_now_and_then(address: str, visit, monkeypatch) -> None:
-    monkeypatch.setattr(conversations, "PAUSE", 3600.0)
+    monkeypatch.setattr(conversations, "DRAFT_SECONDS", 3600.0)
     ann = visit(address)
     heard = heard_in_a_round(ann, ann.begin())
     assert len({each["draft"] for each in heard if each["draft"]}) <= 1

@@ -35,13 +35,12 @@ Goals = Annotated[
     Field(description='What the user may want, each in a few words, such as "bake a cake".'),
 ]
 
-
 TOP = 10
-"""Goals of an answer: a model reads every one of them, turn after turn."""
+"""Goals shown in an answer, which a model reads turn after turn."""
 
 
 class SessionView(BaseModel):
-    """A session in short; `turns` is their number."""
+    """A summary of a session; `turns` is their number."""
 
     id: str
     created: str
@@ -57,17 +56,17 @@ class Sessions(BaseModel):
 
 
 class Deleted(BaseModel):
-    """The id of a session that is no more."""
+    """The id of the deleted session."""
 
     deleted: str
 
 
 def create_server(trackers: Trackers, store: Store) -> MCPServer[Any]:
-    """The server, which is yet to be run.
+    """The server, not yet running.
 
     Args:
         trackers: The sessions.
-        store: Of the sessions.
+        store: Keeps the sessions.
     """
     server = _Server(
         "goalscope",
@@ -85,7 +84,7 @@ def create_server(trackers: Trackers, store: Store) -> MCPServer[Any]:
         ] = False,
     ) -> TrackerView:
         """Begin to track what the user wants. The session's id is good for later conversations."""
-        return _told(trackers.open(task, goals, propose=propose))
+        return _shortened(trackers.open(task, goals, propose=propose))
 
     @server.tool()
     def observe(
@@ -94,21 +93,21 @@ def create_server(trackers: Trackers, store: Store) -> MCPServer[Any]:
         query: Annotated[str, Field(description="What you had said before that.")] = "",
         turn: Annotated[
             int | None,
-            Field(description="Number of the turn, 1 for the first: told again, it counts once."),
+            Field(description="Number of the turn, 1 for the first: sent again, it counts once."),
         ] = None,
     ) -> TrackerView:
         """Take in what the user said, and learn whether to act, ask or propose."""
-        return _told(trackers.observe(session, turn, query, utterance))
+        return _shortened(trackers.observe(session, turn, query, utterance))
 
     @server.tool()
     def belief(session: Session) -> TrackerView:
         """How likely each goal is now, and whether to act, ask or propose."""
-        return _told(trackers.read(session))
+        return _shortened(trackers.read(session))
 
     @server.tool()
     def add_goals(session: Session, goals: Goals) -> TrackerView:
         """Add goals; they count as if they had been there from the start."""
-        return _told(trackers.add(session, goals))
+        return _shortened(trackers.add(session, goals))
 
     @server.tool()
     def correct(
@@ -124,7 +123,7 @@ def create_server(trackers: Trackers, store: Store) -> MCPServer[Any]:
         text: Annotated[str, Field(description="The goal in the user's own words.")] = "",
     ) -> TrackerView:
         """Take in what the user says of a goal itself; a pinned goal may be a new one."""
-        return _told(trackers.correct(session, kind, goal, text))
+        return _shortened(trackers.correct(session, kind, goal, text))
 
     @server.tool()
     def why(
@@ -137,7 +136,7 @@ def create_server(trackers: Trackers, store: Store) -> MCPServer[Any]:
     @server.tool()
     def close_session(session: Session) -> TrackerView:
         """End a session; it can still be read."""
-        return _told(trackers.close(session))
+        return _shortened(trackers.close(session))
 
     @server.tool()
     def list_sessions(
@@ -160,15 +159,15 @@ def create_server(trackers: Trackers, store: Store) -> MCPServer[Any]:
 
     @server.tool()
     def delete_session(session: Session) -> Deleted:
-        """Delete a session with all that was said in it; nobody can undo that."""
+        """Delete a session with everything said in it; this cannot be undone."""
         trackers.delete(session)
         return Deleted(deleted=session)
 
     return server
 
 
-def _told(tracked: Tracked) -> TrackerView:
-    """How a session stands, with the likeliest goals alone."""
+def _shortened(tracked: Tracked) -> TrackerView:
+    """The view of a session with only the likeliest goals."""
     view = TrackerView.of(tracked)
     belief, count = view.belief, len(view.belief.goals)
     if count > TOP:
@@ -206,6 +205,6 @@ class _Server(MCPServer[Any]):
             ) from None
         assert isinstance(answer, CallToolResult)
         exact = json.dumps(answer.structured_content)
-        told = json.loads(exact, parse_float=lambda number: round(float(number), 4))
-        text = TextContent(type="text", text=json.dumps(told, ensure_ascii=False))
-        return CallToolResult(content=[text], structured_content=told)
+        rounded = json.loads(exact, parse_float=lambda number: round(float(number), 4))
+        text = TextContent(type="text", text=json.dumps(rounded, ensure_ascii=False))
+        return CallToolResult(content=[text], structured_content=rounded)

@@ -1,12 +1,12 @@
-"""Rounds as JSON: every value of a round comes back equal."""
+"""Rounds as JSON; reading returns every value exactly."""
 
 from __future__ import annotations
 
 import json
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import asdict
-from typing import TYPE_CHECKING, Any
+from dataclasses import asdict, fields
+from typing import TYPE_CHECKING, Any, TypeVar
 
 from goalscope.calibration import calibration_from_json
 from goalscope.episode import Round
@@ -25,6 +25,8 @@ __all__ = [
     "turn_like",
 ]
 
+T = TypeVar("T")
+
 
 def round_to_json(round: Round) -> str:
     """Write a round as strict JSON in ASCII; -inf, which JSON lacks, as the string "-inf".
@@ -32,27 +34,24 @@ def round_to_json(round: Round) -> str:
     Raises:
         GoalscopeError: A number is NaN or +inf.
     """
-    belief = round.belief
-    return dumps(
-        {
-            "number": round.number,
-            "turn": asdict(round.turn),
-            "belief": belief and belief_to_json(belief),
-            "reading": round.reading and _reading(round.reading),
-            "changes": [asdict(change) for change in round.changes],
-            "results": [asdict(result) for result in round.results],
-            "replans": round.replans,
-            "status": round.status,
-            "notes": list(round.notes),
-            "terminated": round.terminated,
-            "question": round.question,
-            "pending": _orders(round.pending),
-            "released": _orders(round.released),
-            "state": round.state,
-            "retracts": list(round.retracts),
-            "reversals": round.reversals,
-        }
-    )
+    belief = round.belief and belief_to_json(round.belief)
+    return dumps({**_object_of(round), "belief": belief})
+
+
+def round_from_json(text: str) -> Round:
+    """Read what `round_to_json` wrote; the round is equal in every value."""
+    values: dict[str, Any] = json.loads(text)
+    belief, reading = values["belief"], values["reading"]
+    values["turn"] = Turn(**values["turn"])
+    values["belief"] = belief and belief_from_json(belief)
+    values["reading"] = reading and _reading(reading)
+    values["changes"] = tuple(_with(GoalChange, each, goal=Goal) for each in values["changes"])
+    values["results"] = tuple(_with(StepResult, each, action=Action) for each in values["results"])
+    for name in ("pending", "released"):
+        values[name] = _orders(values[name])
+    for name in ("notes", "retracts"):
+        values[name] = tuple(values[name])
+    return Round(**values)
 
 
 def belief_to_json(belief: Belief) -> dict[str, Any]:
@@ -87,93 +86,48 @@ def belief_from_json(data: Mapping[str, Any]) -> Belief:
     )
 
 
-def round_from_json(text: str) -> Round:
-    """Read what `round_to_json` wrote; the round is equal in every value."""
-    data = json.loads(text)
-    belief = data["belief"]
-    if belief is not None:
-        belief = belief_from_json(belief)
-    return Round(
-        number=data["number"],
-        turn=Turn(**data["turn"]),
-        belief=belief,
-        reading=_reading_from(reading) if (reading := data["reading"]) else None,
-        changes=tuple(
-            GoalChange(
-                change["kind"],
-                Goal(**change["goal"]),
-                change["reason"],
-                change["final"],
-            )
-            for change in data["changes"]
-        ),
-        results=tuple(
-            StepResult(
-                Action(**result["action"]),
-                result["ok"],
-                result["observation"],
-                result["terminated"],
-                result["irreversible"],
-            )
-            for result in data["results"]
-        ),
-        replans=data["replans"],
-        status=data["status"],
-        notes=tuple(data["notes"]),
-        terminated=data["terminated"],
-        question=data["question"],
-        pending=_orders_from(data["pending"]),
-        released=_orders_from(data["released"]),
-        state=data["state"],
-        retracts=tuple(data["retracts"]),
-        reversals=data["reversals"],
-    )
+def _with(kind: type[T], values: dict[str, Any], **inner: type[Any]) -> T:
+    """The dataclass of these values, some of which are dataclasses themselves."""
+    return kind(**values | {name: one(**values[name]) for name, one in inner.items()})
 
 
-def _reading(reading: Reading) -> dict[str, Any]:
-    return {
-        "orders": _orders(reading.orders),
-        "log_probability": reading.log_probability,
-        "margins": reading.margins,
-    }
+def _reading(data: Mapping[str, Any]) -> Reading:
+    margins = None if data["margins"] is None else tuple(data["margins"])
+    return Reading(_orders(data["orders"]), data["log_probability"], margins)
 
 
-def _reading_from(data: Mapping[str, Any]) -> Reading:
-    margins = data["margins"]
-    return Reading(
-        _orders_from(data["orders"]), data["log_probability"], margins and tuple(margins)
-    )
-
-
-def _orders(orders: Sequence[Order]) -> list[dict[str, Any]]:
-    return [order_to_json(each) for each in orders]
-
-
-def _orders_from(data: Sequence[object]) -> tuple[Order, ...]:
+def _orders(data: Sequence[object]) -> tuple[Order, ...]:
     return tuple(order_from_json(each) for each in data)
 
 
 def _numbers(values: list[float]) -> list[float | str]:
-    """Write -inf as a string, which numpy reads back as the number."""
+    """Write -inf as a string, which numpy reads as the number."""
     return ["-inf" if value == -math.inf else value for value in values]
 
 
+def _object_of(value: Any) -> dict[str, Any]:
+    """A dataclass as a JSON object."""
+    if isinstance(value, Order):
+        return order_to_json(value)
+    return {field.name: getattr(value, field.name) for field in fields(value)}
+
+
 def dumps(value: object, *, sort_keys: bool = False) -> str:
-    """Strict JSON; escapes keep a lone surrogate as it is.
+    """Strict JSON in ASCII; lone surrogates survive as escapes, dataclasses become objects.
 
     Raises:
         GoalscopeError: A number is NaN or infinite.
     """
     try:
-        return json.dumps(value, allow_nan=False, sort_keys=sort_keys)
+        return json.dumps(value, allow_nan=False, sort_keys=sort_keys, default=_object_of)
     except ValueError as error:
         raise GoalscopeError(f"This cannot be stored: {error}") from error
 
 
 def turn_like(text: str) -> str:
-    """The LIKE pattern, escaped by "/", of a round whose turn holds a text.
+    """The LIKE pattern, escaped by "/", of a round whose turn contains a text.
 
-    Within a value, quotes are escaped; so the pattern cannot match across the turn's end.
+    Quotes within a value are escaped, so the pattern cannot match beyond the turn.
     """
     inner = dumps(text)[1:-1]
     for each in "/%_":

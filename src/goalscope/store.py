@@ -1,4 +1,4 @@
-"""Episodes in a database, which a crash at any moment leaves whole."""
+"""Stores episodes in a database; a crash at any moment loses nothing that was stored."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ import json
 import secrets
 from collections.abc import Generator, Mapping, Sequence
 from contextlib import contextmanager, nullcontext
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from datetime import UTC, datetime
 from pathlib import Path
 from threading import Lock
@@ -17,8 +17,7 @@ from typing import Any, Literal, Self
 from sqlalchemy import ColumnElement, Connection, Engine, Row, Select, func, or_, select
 from sqlalchemy.exc import IntegrityError
 
-from goalscope.database.errors import explained
-from goalscope.database.opening import WRITING, default_place, opened, opened_in_memory
+from goalscope.database.opening import WRITING, default_place, explained, opened, opened_in_memory
 from goalscope.database.tables import CORRECTIONS, EPISODES, ROUNDS, EscapedText
 from goalscope.episode import Round
 from goalscope.rounds_json import dumps, round_from_json, round_to_json, turn_like
@@ -27,17 +26,17 @@ from goalscope.types import ConflictError, GoalscopeError, InvalidInputError
 __all__ = ["Ended", "EpisodeInfo", "Store"]
 
 Ended = Literal["terminated", "truncated"]
-"""How an episode ended: its task complete, or its last round over."""
+"""How an episode ended: task complete, or out of rounds."""
 
 _CHANGED = "Episode {} has gone on meanwhile (in another window?). Try again."
 
 
 @dataclass(frozen=True, slots=True)
 class EpisodeInfo:
-    """What the store knows of an episode besides its rounds.
+    """An episode without its rounds.
 
     Attributes:
-        id: Short name; a prefix that fits no other episode finds it too.
+        id: Short name; a unique prefix finds the episode, too.
         created: Start, in UTC, ISO 8601.
         domain: Name of the environment.
         profile: Name of the simulated person; None for a real one.
@@ -45,10 +44,10 @@ class EpisodeInfo:
         model: Name or path of the language model.
         task: The environment's task.
         settings: The options that a resumed episode needs.
-        ended: None while it can go on.
+        ended: None while it runs.
         score: Share of the profile's checks that were met, 0 to 1.
         rounds: Number of rounds stored.
-        owner: Who may see it, where that matters.
+        owner: Who may see it on the web page; None if it was not begun there.
     """
 
     id: str
@@ -66,39 +65,39 @@ class EpisodeInfo:
 
     @property
     def ending(self) -> str:
-        """How it ended, in words for people: "done", "out of rounds" or "not ended"."""
+        """The ending in words: "done", "out of rounds" or "not ended"."""
         return {None: "not ended", "terminated": "done", "truncated": "out of rounds"}[self.ended]
 
 
 class Store:
-    """The episodes in one database. Every call that writes is durable when it returns.
+    """The episodes in one database. What a call writes is durable when it returns.
 
-    Threads may share a store; each call takes a connection of its own.
+    Threads may share a store; each call uses its own connection.
 
     Attributes:
         place: The file, or the address without its password.
     """
 
     def __init__(self, place: str, engine: Engine) -> None:
-        """Use a database that is ready; `Store.open` is the usual way in."""
+        """Wrap a database that is ready; see `Store.open`."""
         self.place = place
         self._engine = engine
         self._writing = engine.execution_options(**WRITING)
-        # SQLite has writers poll for their turn, until one of many gets none: threads queue here.
+        # Writers of SQLite poll for the lock, and one of many may never get it: threads queue here.
         self._turn = Lock() if engine.dialect.name == "sqlite" else nullcontext()
 
     @classmethod
     def open(cls, place: str | Path | None = None, *, new: bool = True) -> Self:
-        """Open the store, and make what is missing of it.
+        """Open the store; a new one is created.
 
         Args:
             place: A SQLite file or postgresql://USER:PASSWORD@HOST/DATABASE; None for
                 $GOALSCOPE_STORE, or else `episodes.db` in the user's data folder.
-            new: Whether a file that is named and is not there may be made.
+            new: Whether a missing file may be created.
 
         Raises:
-            InvalidInputError: The file is not there, and none may be made.
-            GoalscopeError: It cannot be used, or a newer goalscope made it.
+            InvalidInputError: The file is missing, and none may be created.
+            GoalscopeError: It cannot be used, or another version of goalscope made it.
         """
         if not (new or place is None or "://" in str(place) or Path(place).exists()):
             raise InvalidInputError(f"There is no store at {place}. Check the path.")
@@ -136,13 +135,13 @@ class Store:
 
     @contextmanager
     def reading(self) -> Generator[Connection]:
-        """All that is read inside is of one moment, if the database is a file."""
+        """A connection for reading; in a file, all of one snapshot."""
         with explained(self.place), self._engine.connect() as connection:
             yield connection
 
     @contextmanager
     def writing(self) -> Generator[Connection]:
-        """All that is written inside becomes durable together, or not at all."""
+        """A connection for writing; all of it becomes durable together, or nothing."""
         with explained(self.place), self._turn, self._writing.begin() as connection:
             yield connection
 
@@ -184,19 +183,19 @@ class Store:
         Args:
             id: Of the episode.
             round: The round.
-            after: What it builds on, which must still be so: the newest round, or the settings.
+            after: What must still be stored: the newest round, or the settings.
             end: How the episode ends with it, and its score; as for `finish`.
 
         Raises:
-            ConflictError: There is such a round already, or what it builds on has changed.
+            ConflictError: The round exists already, or what `after` names has changed.
             GoalscopeError: The round cannot be written; all earlier ones are kept.
         """
         values = {"episode": id, "number": round.number, "json": round_to_json(round)}
         with self.writing() as connection:
             if isinstance(after, Round):
-                _still_newest(connection, id, after)
+                _require_newest(connection, id, after)
             elif after is not None:
-                _still_so(connection, id, after)
+                _require_settings(connection, id, after)
             try:
                 connection.execute(ROUNDS.insert(), values)
             except IntegrityError as error:
@@ -208,7 +207,7 @@ class Store:
                 _finish(connection, id, *end)
 
     def correct(self, id: str, after: int, correction: Sequence[str]) -> None:
-        """Store what the person says of the goals after so many rounds, before the next has it."""
+        """Store a correction of the goals that was made after so many rounds."""
         values = {"episode": id, "after": after, "json": dumps(correction)}
         with self.writing() as connection:
             connection.execute(CORRECTIONS.insert(), values)
@@ -221,20 +220,20 @@ class Store:
             connection.execute(CORRECTIONS.delete().where(row.number == newest.scalar_subquery()))
 
     def corrections(self, id: str, after: int) -> list[list[Any]]:
-        """Return what the person has said of the goals after so many rounds, in order."""
+        """Return the corrections made after so many rounds, in order."""
         row = CORRECTIONS.c
         query = select(row.json).where(row.episode == id, row.after == after).order_by(row.number)
         with self.reading() as connection:
             return [json.loads(text) for text in connection.scalars(query)]
 
     def amend(self, id: str, old: Round, new: Round) -> None:
-        """Store the newest round anew.
+        """Replace the newest round.
 
         Raises:
-            ConflictError: It is not the newest any more, or has been changed meanwhile.
+            ConflictError: It is no longer the newest, or has been changed meanwhile.
         """
         with self.writing() as connection:
-            _still_newest(connection, id, old)
+            _require_newest(connection, id, old)
             connection.execute(
                 ROUNDS.update()
                 .where(ROUNDS.c.episode == id, ROUNDS.c.number == old.number)
@@ -245,11 +244,11 @@ class Store:
         """Replace the settings of an episode that has no rounds yet.
 
         Raises:
-            ConflictError: The settings are others than `old` by now, or there is a round.
+            ConflictError: The settings are no longer `old`, or there is a round.
         """
         settings = dumps(dict(new))
         with self.writing() as connection:
-            _still_so(connection, id, old)
+            _require_settings(connection, id, old)
             if connection.scalar(select(func.count()).where(ROUNDS.c.episode == id)):
                 raise ConflictError(_CHANGED.format(id))
             connection.execute(
@@ -262,7 +261,7 @@ class Store:
             _finish(connection, id, ended, score)
 
     def delete(self, id: str) -> None:
-        """Remove an episode with all that was said in it."""
+        """Delete an episode with its rounds and corrections."""
         with self.writing() as connection:
             connection.execute(CORRECTIONS.delete().where(CORRECTIONS.c.episode == id))
             connection.execute(ROUNDS.delete().where(ROUNDS.c.episode == id))
@@ -314,15 +313,15 @@ class Store:
         limit: int | None = None,
         offset: int = 0,
     ) -> list[EpisodeInfo]:
-        """Return the episodes in the order in which they began.
+        """Return the episodes, oldest first.
 
         Args:
             owner: Whose; None for everybody's.
             domain: Of which environment; None for all.
-            text: Stands in what was said, or in what the store knows of the episode.
-            newest_first: The other way round.
-            limit: At most so many.
-            offset: After so many others.
+            text: Occurs in a turn, or in the id, domain, profile, method, model or task.
+            newest_first: Reverse the order.
+            limit: Most episodes.
+            offset: Episodes to skip.
         """
         order = EPISODES.c.number.desc() if newest_first else EPISODES.c.number
         found = _matching(owner, text)
@@ -347,13 +346,13 @@ def _finish(connection: Connection, id: str, ended: Ended, score: float | None) 
     )
 
 
-def _still_so(connection: Connection, id: str, settings: Mapping[str, Any]) -> None:
+def _require_settings(connection: Connection, id: str, settings: Mapping[str, Any]) -> None:
     same = select(EPISODES.c.settings).where(EPISODES.c.id == id).with_for_update()
     if json.loads(connection.scalar(same) or "null") != settings:
         raise ConflictError(_CHANGED.format(id))
 
 
-def _still_newest(connection: Connection, id: str, round: Round) -> None:
+def _require_newest(connection: Connection, id: str, round: Round) -> None:
     row = ROUNDS.c
     same = select(row.json).where(row.episode == id, row.number == round.number).with_for_update()
     newer = select(func.count()).where(row.episode == id, row.number > round.number)
@@ -392,17 +391,5 @@ def _infos() -> Select[Any]:
 
 
 def _info(row: Row[Any]) -> EpisodeInfo:
-    return EpisodeInfo(
-        row.id,
-        row.created,
-        row.domain,
-        row.profile,
-        row.method,
-        row.model,
-        row.task,
-        json.loads(row.settings),
-        row.ended,
-        row.score,
-        row.rounds,
-        row.owner,
-    )
+    values = {field.name: getattr(row, field.name) for field in fields(EpisodeInfo)}
+    return EpisodeInfo(**{**values, "settings": json.loads(row.settings)})

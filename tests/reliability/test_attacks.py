@@ -240,6 +240,8 @@ def test_what_another_has_is_as_what_is_not_there(
     tracker = ann.post("/api/trackers", 201, task="Help.", goals=["tea"])["id"]
     before = ann.get(f"/api/episodes/{episode}"), ann.get(f"/api/trackers/{tracker}")
     ben.get("/api/options")
+    assert ben.get("/api/episodes")["total"] == 0
+    assert host.get(f"/api/episodes/{episode}")["live"] is None
     tried = 0
     for method, path, query, body in requests(ann.get("/api/openapi.json")):
         hers = tracker if "/trackers/" in path else episode

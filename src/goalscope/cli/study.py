@@ -133,8 +133,8 @@ def export(
 ) -> None:
     """Write every answer as CSV, one a line."""
     from goalscope.store import Store
-    from goalscope.study.export import as_csv
     from goalscope.study.store import StudyStore
+    from goalscope.study.summary import as_csv
 
     with Store.open(store, new=False) as opened:
         text = as_csv(opened, StudyStore(opened).named(name), ids=ids)

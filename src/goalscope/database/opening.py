@@ -1,13 +1,14 @@
-"""A database, made ready: durable, ours, and with the tables of this goalscope."""
+"""Opens databases: durable, of goalscope alone, and with the tables of this version."""
 
 from __future__ import annotations
 
 import logging
 import os
+import re
 import sqlite3
 import time
-from collections.abc import Callable
-from contextlib import closing, suppress
+from collections.abc import Callable, Generator
+from contextlib import closing, contextmanager, suppress
 from pathlib import Path
 
 import platformdirs
@@ -23,29 +24,59 @@ from sqlalchemy import (
     inspect,
     select,
 )
-from sqlalchemy import column as column_named
-from sqlalchemy import table as table_named
 from sqlalchemy.engine import URL, make_url
-from sqlalchemy.exc import ArgumentError
+from sqlalchemy.exc import ArgumentError, DBAPIError, SQLAlchemyError
 
-from goalscope.database.errors import explained
-from goalscope.database.tables import METADATA, REVISION, VERSION_TABLE
+from goalscope.database.tables import METADATA, SCHEMA, SCHEMA_VERSION
 from goalscope.extras import package
 from goalscope.types import GoalscopeError, InvalidInputError
 
-__all__ = ["WRITING", "default_place", "opened", "opened_in_memory"]
+__all__ = ["WRITING", "default_place", "explained", "opened", "opened_in_memory"]
 
 APPLICATION = 0x474F4144  # "GOAD": marks a file as an episode store
 WAIT = 10
-"""Seconds until a locked database is given up."""
+"""Seconds to wait for a locked database."""
 MOUNTS = Path("/proc/self/mounts")
-"""Where Linux tells which file system is where."""
+"""Where Linux lists its mounted file systems."""
 NETWORK = (
     "nfs", "nfs4", "cifs", "smb3", "9p", "fuse.sshfs", "fuse.glusterfs", "ceph", "lustre", "beegfs",
     "afs",
 )  # fmt: skip
 WRITING = {"goalscope_writing": True}
 """Execution options of connections that write."""
+
+SERVER = "Is the server running, and is the address right? It was given with --store."
+ADVICE = {
+    # SQLite, by the name of the error
+    "SQLITE_FULL": "The disk is full: free some space.",
+    "SQLITE_IOERR": "The disk is full or broken: free some space, or name another one's file.",
+    "SQLITE_BUSY": "Another program is writing to it: close that one and try again.",
+    "SQLITE_LOCKED": "Another program is writing to it: close that one and try again.",
+    "SQLITE_READONLY": "It may not be written: name another file.",
+    "SQLITE_CANTOPEN": "It may not be opened: name another file.",
+    "SQLITE_CORRUPT": "It is damaged: move it away, and a new one is created.",
+    # PostgreSQL, by SQLSTATE or its class
+    "08": SERVER,
+    "22": "The database's encoding should be UTF8.",
+    "25006": "It may not be written: name another database with --store.",
+    "28": "Check the user and the password in the address.",
+    "3D000": "Make the database first: `createdb NAME`.",
+    "42501": "Its user lacks the right to: have it granted, or name another user in the address.",
+    "53100": "The server's disk is full: free some space.",
+    "53300": "The server has too many connections: close some and try again.",
+    "55P03": "Another program is writing to it: close that one and try again.",
+    "57": "The server is starting, stopping or busy: try again.",
+}
+STATES = {
+    "password": "28",
+    "authentication": "28",
+    r'role ".*" does not exist': "28",
+    "pg_hba.conf": "28",
+    r'database ".*" does not exist': "3D000",
+    "too many clients|remaining connection slots": "53300",
+    "starting up|shutting down|recovery": "57",
+}
+"""States of errors while connecting, which have none, by their words."""
 
 log = logging.getLogger(__name__)
 
@@ -57,13 +88,13 @@ def default_place() -> str:
 
 
 def opened(place: str | Path) -> tuple[str, Engine]:
-    """A database that is ready for use, and what to call it in messages.
+    """Open a database; returns its name in messages, without password, and its engine.
 
     Args:
         place: A file, or the address of a PostgreSQL database.
 
     Raises:
-        GoalscopeError: It cannot be used, or a newer goalscope made it.
+        GoalscopeError: It cannot be used, or another version of goalscope made it.
     """
     name = str(place)
     if "://" in name:
@@ -119,7 +150,7 @@ def _file(file: Path) -> Engine:
             "Name another file with --store."
         ) from error
     path = file.absolute()
-    with suppress(OSError):  # new, and for its owner alone: it holds what people said
+    with suppress(OSError):  # a new file is readable by its owner only: it holds what people said
         os.close(os.open(path, os.O_CREAT | os.O_EXCL, 0o600))
     if (kind := _file_system(Path(os.path.realpath(path)))) in NETWORK:
         log.warning(
@@ -142,7 +173,7 @@ def _sqlite(connect: Callable[[], sqlite3.Connection], pool: type[Pool]) -> Engi
 
 
 def _file_system(file: Path) -> str:
-    """The kind of the file system that a file is on; empty where the system does not tell."""
+    """The kind of a file's file system; empty if unknown."""
     try:
         lines = MOUNTS.read_text("utf-8", "replace").splitlines()
     except OSError:
@@ -153,7 +184,7 @@ def _file_system(file: Path) -> str:
 
 
 def _connected(path: Path, name: Path) -> sqlite3.Connection:
-    """Refuse another program's file as it is; else make every commit durable."""
+    """Connect, so that every commit is durable; another program's file is left untouched."""
     connection = sqlite3.connect(path, WAIT, isolation_level=None, check_same_thread=False)
     try:
         _refuse_others(connection, name)
@@ -173,7 +204,7 @@ def _connected(path: Path, name: Path) -> sqlite3.Connection:
 
 
 def _journal(connection: sqlite3.Connection) -> str:
-    """Set it; SQLite itself waits for no other process that does so at the same time."""
+    """Switch to the write-ahead log; SQLite does not itself wait for others that do so, too."""
     end = time.monotonic() + WAIT
     while True:
         try:
@@ -195,7 +226,7 @@ def _refuse_others(connection: sqlite3.Connection, name: Path) -> None:
 
 
 def _address(text: str) -> URL:
-    """The address of a PostgreSQL database; messages must not show it as it is."""
+    """The address of a PostgreSQL database; no message may contain its password."""
     try:
         url = make_url(text)
     except (ArgumentError, ValueError):
@@ -230,49 +261,70 @@ def _server(url: URL) -> Engine:
 
 
 def _prepare(engine: Engine, name: str) -> None:
-    """Bring the tables up to date."""
+    """Create the tables of a new database, and refuse one with those of another version."""
     with engine.connect() as connection:
-        if _revision(connection, name) == REVISION:
+        if _has_tables(connection, name):
             return
     with engine.execution_options(**WRITING).begin() as connection:
         if connection.dialect.name == "postgresql":  # BEGIN IMMEDIATE has SQLite's processes wait
             connection.execute(select(func.pg_advisory_xact_lock(APPLICATION)))
-            _refuse_other_tables(connection, name)
-        if _revision(connection, name) != REVISION:
-            _migrate(connection)
+        if _has_tables(connection, name):
+            return
+        if others := {*METADATA.tables} & {*inspect(connection).get_table_names()}:
+            raise GoalscopeError(
+                f"The database {name} has other tables named {', '.join(sorted(others))}. "
+                "Name another one with --store."
+            )
+        if connection.dialect.name == "sqlite":
+            connection.exec_driver_sql(f"PRAGMA application_id = {APPLICATION}")
+        METADATA.create_all(connection, checkfirst=False)
+        connection.execute(SCHEMA.insert().values(version_num=SCHEMA_VERSION))
 
 
-def _revision(connection: Connection, name: str) -> str:
-    """The revision of the tables; empty before the first."""
-    if not inspect(connection).has_table(VERSION_TABLE):
-        return ""
-    version = table_named(VERSION_TABLE, column_named("version_num"))
-    revision: str = connection.scalar(select(version.c.version_num)) or ""
-    if revision > REVISION:
+def _has_tables(connection: Connection, name: str) -> bool:
+    if not inspect(connection).has_table(SCHEMA.name):
+        return False
+    version = connection.scalar(select(SCHEMA.c.version_num))
+    if version != SCHEMA_VERSION:
         raise GoalscopeError(
-            f"A newer goalscope made the episode store {name}. Update goalscope, or name another "
+            f"The episode store {name} was made by another version of goalscope: its tables are "
+            f"of version {version}, not {SCHEMA_VERSION}. Use that goalscope, or name another "
             "store with --store."
         )
-    return revision
+    return True
 
 
-def _refuse_other_tables(connection: Connection, name: str) -> None:
-    there = {*inspect(connection).get_table_names()}
-    theirs = {*METADATA.tables} & there
-    if theirs and VERSION_TABLE not in there:
+@contextmanager
+def explained(place: str | Path) -> Generator[None]:
+    """Turn a database's errors into one line that says what to do.
+
+    Args:
+        place: The file, or the address without its password.
+
+    Raises:
+        GoalscopeError: In place of such an error.
+        InvalidInputError: The file is not a SQLite file.
+    """
+    try:
+        yield
+    except (sqlite3.Error, SQLAlchemyError) as error:
+        cause = error.orig or error if isinstance(error, DBAPIError) else error
+        if getattr(cause, "sqlite_errorname", "") == "SQLITE_NOTADB":
+            raise InvalidInputError(
+                f"{place} is no database of goalscope: it is not a SQLite file. Name another one."
+            ) from error
+        said = " ".join(str(cause).split())
         raise GoalscopeError(
-            f"The database {name} has other tables named {', '.join(sorted(theirs))}. "
-            "Name another one with --store."
-        )
+            f"The database {place} cannot be used: {said.rstrip('.')}. {_advice(cause, said)} "
+            "What was stored earlier is kept."
+        ) from error
 
 
-def _migrate(connection: Connection) -> None:
-    from alembic import command  # takes longer to import than all the rest
-    from alembic.config import Config
-
-    config = Config()
-    config.set_main_option("script_location", "goalscope.database:migrations")
-    config.attributes["connection"] = connection
-    if connection.dialect.name == "sqlite":
-        connection.exec_driver_sql(f"PRAGMA application_id = {APPLICATION}")
-    command.upgrade(config, "head")
+def _advice(cause: BaseException, said: str) -> str:
+    if isinstance(cause, sqlite3.Error):
+        name = getattr(cause, "sqlite_errorname", "")  # such as SQLITE_READONLY_DIRECTORY
+        return ADVICE.get("_".join(name.split("_")[:2]), "Name another file.")
+    state = getattr(cause, "sqlstate", None) or next(
+        (state for words, state in STATES.items() if re.search(words, said)), "08"
+    )
+    return ADVICE.get(state) or ADVICE.get(state[:2], "Name another store with --store.")

@@ -1,4 +1,4 @@
-"""The tables, as SQLAlchemy knows them; the newest revision in migrations/ makes the same ones."""
+"""The tables of a database."""
 
 from __future__ import annotations
 
@@ -26,17 +26,15 @@ __all__ = [
     "ITEMS",
     "METADATA",
     "PARTICIPANTS",
-    "REVISION",
     "ROUNDS",
+    "SCHEMA",
+    "SCHEMA_VERSION",
     "STUDIES",
-    "VERSION_TABLE",
     "EscapedText",
 ]
 
-REVISION = "0001"
-"""The newest of migrations/versions. Their ids have four digits, and grow."""
-VERSION_TABLE = "goalscope_version"
-"""Name of the table in which Alembic notes the revision."""
+SCHEMA_VERSION = "0001"
+"""Of the tables below: a database with tables of another version is refused."""
 METADATA = MetaData(
     naming_convention={
         "pk": "%(table_name)s_pk",
@@ -50,7 +48,7 @@ METADATA = MetaData(
 
 
 class EscapedText(TypeDecorator[str]):
-    """Any text; what a database cannot hold (half characters, NUL) is written as its escape."""
+    """Any text; lone surrogates and NUL, which databases refuse, are stored as escapes."""
 
     impl = Text
     cache_ok = True
@@ -60,6 +58,13 @@ class EscapedText(TypeDecorator[str]):
         return value and value.encode("utf-8", "backslashreplace").decode().replace("\0", "\\x00")
 
 
+SCHEMA = Table(
+    "goalscope_version",
+    METADATA,
+    Column("version_num", Text, primary_key=True),
+    sqlite_strict=True,
+)
+"""The version of the tables, in one row."""
 EPISODES = Table(
     "episodes",
     METADATA,

@@ -1,22 +1,34 @@
-"""What raters are shown of an episode. Nothing in it tells the method."""
+"""What raters are shown of an episode; nothing in it tells the method."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass
-from typing import get_args
+from typing import Any, get_args
 
-from goalscope.domains import Domain, Settings, profile_named, settings_of
+from goalscope.domains import Domain, Settings, open_environment, profile_named, settings_of
+from goalscope.envs.house import HomeRobot
+from goalscope.envs.house.finding import kinds_in
+from goalscope.envs.house.names import readable, the
+from goalscope.envs.house.view import View
 from goalscope.episode import Round
 from goalscope.judge import possible_actions
+from goalscope.policy import undo
 from goalscope.store import EpisodeInfo, Store
 from goalscope.study.plan import Plan
-from goalscope.types import InvalidInputError, Profile, Turn
+from goalscope.types import GoalscopeError, InvalidInputError, Profile, Turn
 
 __all__ = ["Item", "chosen_episodes", "item_of"]
 
 NOTHING = "The assistant has done nothing."
 DID, LEFT = "It did this, in this order:", "This is how things are in the end:"
+_STATES = (
+    ("openable", "isOpen"), ("toggleable", "isToggled"), ("dirtyable", "isDirty"),
+    ("pickupable", "isPickedUp"), ("isSliced", "isSliced"), ("isCooked", "isCooked"),
+    ("isBroken", "isBroken"), ("isUsedUp", "isUsedUp"), ("isFilledWithLiquid",) * 2,
+)  # fmt: skip
+"""Properties of a thing that has a state, each with the property that holds the state."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -28,7 +40,7 @@ class Item:
         possible: What it can do.
         profile: The person, in words; empty for a real one.
         outcome: The basket in the end, or every action that stands and how it left the room.
-        transcript: The conversation, where the study shows it.
+        transcript: The conversation, if the study shows it.
     """
 
     task: str
@@ -41,8 +53,8 @@ class Item:
 def chosen_episodes(store: Store, plan: Plan) -> list[EpisodeInfo]:
     """The episodes of the store that are rated, in the order in which they began.
 
-    A person is in only if each method has an episode with them, so that methods are compared, and
-    not people; a real one only if the conversation is shown, by which alone others can judge.
+    A person is included only if each method has an episode with them, so that methods are compared
+    rather than people, and a real person only if the conversation is shown.
 
     Raises:
         InvalidInputError: There are none.
@@ -87,13 +99,53 @@ def item_of(store: Store, info: EpisodeInfo, plan: Plan) -> Item:
 
 
 def _house(settings: Settings, person: Profile | None, rounds: Sequence[Round]) -> str:
-    """What the robot did, and how it left what it touched or the person speaks of."""
-    from goalscope.study.room import room_left
+    """What the robot did, and the state of what it touched or the person speaks of.
 
+    The state is that of the embedded house after the same actions. Where these cannot be repeated,
+    and in AI2-THOR, it is the status of the last round, which names only changes.
+    """
     results = [result for round in rounds for result in round.results if result.ok]
     done = "\n".join(f"- {result.action}" for result in results if not result.terminated)
     if not done:
         return ""
     said = " ".join(round.turn.utterance for round in rounds)
-    left = room_left(settings, person, rounds, person.description if person else said)
+    left = rounds[-1].status
+    if settings.simulator == "house":
+        with suppress(GoalscopeError):
+            words = person.description if person else said
+            left = "\n".join(_states(settings, person, rounds, words))
     return f"{DID}\n{done}\n{LEFT}\n{left}" if left else done
+
+
+def _states(
+    settings: Settings, profile: Profile | None, rounds: Sequence[Round], words: str
+) -> Iterator[str]:
+    """The state of each thing that was moved or changed, or that the words name; one a line."""
+    results = [each for round in rounds for each in round.results if each.ok]
+    env = open_environment(settings, profile)
+    try:
+        assert isinstance(env, HomeRobot)
+        start = View(env.metadata, env.names).table
+        undo(env, results, rounds[-1].state or None)
+        view = View(env.metadata, env.names)
+    finally:
+        env.close()
+    touched = {name for each in results for name in (each.action.target, each.action.destination)}
+    touched |= {view.names[own] for own, _ in view.changes(start)}
+    kinds = kinds_in(view, words)
+    alike: dict[str, list[str]] = {}
+    for own, thing in sorted(view.table.items()):
+        name = view.names[own]
+        if (name in touched or readable(thing["objectType"]) in kinds) and (how := _how(view, own)):
+            alike.setdefault(how, []).append(name)
+    yield from (f"- {', '.join(names)}: {how}" for how, names in alike.items())
+
+
+def _how(view: View, own: str) -> str:
+    """The state and place of a thing; "" for furniture without a state."""
+    thing: Mapping[str, Any] = view.table[own]
+    was = {**thing, **{key: not thing[key] for holds, key in _STATES if thing[holds]}}
+    if was == thing:
+        return ""
+    said = view.told(own, was)[len(the(view.names[own])) :]
+    return said.split(maxsplit=1)[1]

@@ -1,4 +1,4 @@
-"""What a study is: a TOML file, read with care, or refused with the place and the remedy."""
+"""Studies as TOML files; an invalid file is refused with the place and the remedy."""
 
 from __future__ import annotations
 
@@ -24,19 +24,19 @@ class Plan:
     """A study.
 
     Attributes:
-        name: In its address: small letters, digits and hyphens.
+        name: Part of its address: small letters, digits and hyphens.
         consent: What people agree to; an empty line begins a paragraph, as in `instructions`.
-        instructions: What they are to do.
-        title: For them.
-        question: What they are asked of each item.
-        scale: The words of the ratings 0 to 3.
-        thanks: What is said in the end.
-        domain: Of the episodes that are rated: "grocery", "house" or "" for both.
-        methods: Of the episodes, see `Agent`; empty for all that there are.
+        instructions: What participants should do.
+        title: Shown to participants.
+        question: Asked of each item.
+        scale: Words for the ratings 0 to 3.
+        thanks: Shown at the end.
+        domain: Of the episodes to rate: "grocery", "house" or "" for both.
+        methods: Of the episodes to rate, see `Agent`; empty for all.
         transcript: Whether the conversation is shown, which the paper leaves out.
-        ratings_per_item: How many are wanted of people who finish.
-        items_per_participant: How many each gives.
-        min_explanation: Characters, not counting spaces.
+        ratings_per_item: How many are wanted, of people who finish.
+        items_per_participant: How many items each participant rates.
+        min_explanation: Least characters of an explanation, not counting spaces.
         seed: Of the choice and order of items.
     """
 
@@ -70,17 +70,17 @@ def read_plan(file: Path) -> Plan:
     """Read a study from a TOML file.
 
     Raises:
-        InvalidInputError: The file cannot be read, or holds what is unknown; names the place, and
-            the nearest key or value that is known.
+        InvalidInputError: The file cannot be read, or has an unknown key or value; names the place
+            and the nearest known one.
     """
     return plan_of(read_table(file, f"The study {file} is"), file.name)
 
 
 def plan_of(table: Mapping[str, Any], label: str) -> Plan:
-    """The study of a table, as TOML and JSON have it; `label` says where it stands.
+    """The study in a table of TOML or JSON; `label` names the table in messages.
 
     Raises:
-        InvalidInputError: It is none.
+        InvalidInputError: The table is invalid.
     """
     known = {each.name: each for each in fields(Plan)}
     refuse_unknown(table, tuple(known), label)

@@ -1,10 +1,10 @@
-"""Studies in the store: their items, who takes part, and every answer as it is given."""
+"""Studies in the store: their items, participants and answers."""
 
 from __future__ import annotations
 
 import json
-from collections.abc import Sequence
-from dataclasses import asdict, dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import asdict, dataclass, fields
 from datetime import UTC, datetime, timedelta
 from random import Random
 from typing import Any
@@ -16,16 +16,14 @@ from goalscope.database.tables import ANSWERS, ITEMS, PARTICIPANTS, STUDIES
 from goalscope.envs.tables import nearest
 from goalscope.rounds_json import dumps
 from goalscope.store import Store
-from goalscope.study.assignment import assigned
 from goalscope.study.items import Item, chosen_episodes, item_of
-from goalscope.study.people import Answer, Participant
 from goalscope.study.plan import BEST, Plan, plan_of
 from goalscope.types import ConflictError, InvalidInputError, Turn
 
-__all__ = ["Study", "StudyStore"]
+__all__ = ["Answer", "Participant", "Study", "StudyStore", "assigned"]
 
 HOLD = timedelta(hours=1)
-"""For how long the items of people who have not finished are kept for them."""
+"""How long the items of a participant who has not finished stay reserved."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -35,14 +33,69 @@ class Study:
     Attributes:
         number: In the store.
         created: In UTC, ISO 8601.
-        plan: What it is.
-        closed: Since when it takes no new participants; None while it does.
+        plan: Its definition.
+        closed: When it stopped to take new participants; None while it takes them.
     """
 
     number: int
     created: str
     plan: Plan
     closed: str | None
+
+
+@dataclass(frozen=True, slots=True)
+class Answer:
+    """An item that a participant was given, and their rating of it.
+
+    Attributes:
+        item: Its number in the store.
+        place: In the participant's order, from 1.
+        rating: 0 to 3; None while there is none.
+        explanation: Why.
+        revision: Grows with each change of the answer; 0 while there is no rating.
+        opened: When it was first shown, in UTC, ISO 8601.
+        answered: When the first rating came.
+        episode: The item's episode.
+    """
+
+    item: int
+    place: int
+    rating: int | None
+    explanation: str
+    revision: int
+    opened: str | None
+    answered: str | None
+    episode: str
+
+    @property
+    def seconds(self) -> float | None:
+        """From the first view to the first rating."""
+        if self.opened is None or self.answered is None:
+            return None
+        between = datetime.fromisoformat(self.answered) - datetime.fromisoformat(self.opened)
+        return between.total_seconds()
+
+
+@dataclass(frozen=True, slots=True)
+class Participant:
+    """Somebody who has agreed to take part.
+
+    Attributes:
+        number: In the store, counted over all studies.
+        external: The id in their link.
+        joined: When they agreed, in UTC, ISO 8601.
+        answers: In the order of their items.
+    """
+
+    number: int
+    external: str
+    joined: str
+    answers: tuple[Answer, ...]
+
+    @property
+    def finished(self) -> bool:
+        """Whether all items have a rating."""
+        return all(each.rating is not None for each in self.answers)
 
 
 class StudyStore:
@@ -52,10 +105,10 @@ class StudyStore:
         self._store = store
 
     def add(self, plan: Plan) -> Study:
-        """Make a study of the episodes as they are now.
+        """Create a study of the episodes as they are now.
 
         Raises:
-            InvalidInputError: Its name is taken, or its episodes cannot be rated.
+            InvalidInputError: Its name is taken, or there are no episodes to rate.
         """
         items = [
             {"view": dumps(asdict(item_of(self._store, info, plan))), "episode": info.id}
@@ -70,12 +123,14 @@ class StudyStore:
                     f'There is a study "{plan.name}" already. Choose another name.'
                 ) from error
             connection.execute(ITEMS.insert().values(study=study.number), items)
-            return _study(study)
+            return _read_study(study)
 
     def all(self) -> list[Study]:
-        """All studies, in the order in which they were made."""
+        """All studies, in the order of creation."""
         with self._store.reading() as connection:
-            return [_study(row) for row in connection.execute(select(STUDIES).order_by("number"))]
+            return [
+                _read_study(row) for row in connection.execute(select(STUDIES).order_by("number"))
+            ]
 
     def named(self, name: str) -> Study:
         """The study of this name.
@@ -86,13 +141,13 @@ class StudyStore:
         with self._store.reading() as connection:
             row = connection.execute(select(STUDIES).where(STUDIES.c.name == name)).one_or_none()
             if row is not None:
-                return _study(row)
+                return _read_study(row)
             known = connection.scalars(select(STUDIES.c.name)).all()
         hint = nearest(name, known) if known else "`goalscope study new` makes one in this store."
         raise InvalidInputError(f'There is no study "{name}"; {hint}')
 
     def close(self, study: Study) -> None:
-        """Let nobody new take part; who has begun may finish."""
+        """Take no new participants; those who have begun may finish."""
         with self._store.writing() as connection:
             here = STUDIES.c.number == study.number
             connection.execute(
@@ -103,7 +158,7 @@ class StudyStore:
         """Delete a study with all its participants and answers."""
         people = select(PARTICIPANTS.c.number).where(PARTICIPANTS.c.study == study.number)
         with self._store.writing() as connection:
-            connection.scalar(_locked(study))  # whoever joins does so, too
+            connection.scalar(_locked(study))  # as `join` does
             connection.execute(ANSWERS.delete().where(ANSWERS.c.participant.in_(people)))
             for table in (PARTICIPANTS, ITEMS):
                 connection.execute(table.delete().where(table.c.study == study.number))
@@ -121,14 +176,14 @@ class StudyStore:
             return {row.number: row.episode for row in connection.execute(query)}
 
     def participants(self, study: Study) -> list[Participant]:
-        """All who have agreed, with their answers."""
+        """All participants, with their answers."""
         with self._store.reading() as connection:
             return _participants(connection, study)
 
     def participant(self, study: Study, visitor: str, external: str) -> Participant | None:
-        """Who takes part by a link with this id in this browser, if they have agreed.
+        """The participant with this id in this browser, if they have agreed.
 
-        An id belongs to the browser in which its owner agreed: ids are no secrets, and another
+        An id belongs to the browser in which its owner agreed: ids are not secret, and another
         browser could be anybody's.
 
         Raises:
@@ -138,7 +193,7 @@ class StudyStore:
             return _participant(connection, study, visitor, external)
 
     def join(self, study: Study, visitor: str, external: str) -> Participant:
-        """Note that somebody agrees, and give them their items; who has agreed keeps theirs.
+        """Add a participant with items to rate; one who has agreed before keeps theirs.
 
         Raises:
             ConflictError: As for `participant`; or nobody new can take part (see `over`).
@@ -148,7 +203,7 @@ class StudyStore:
             there = _participant(connection, study, visitor, external)
             if there is not None:
                 return there
-            study = _study(now)
+            study = _read_study(now)
             order = _order(connection, study)
             if not order:
                 raise ConflictError(_over(study))
@@ -160,7 +215,7 @@ class StudyStore:
             return _read(connection, [row])[0]
 
     def forget(self, study: Study, number: int) -> None:
-        """Delete a participant and all their answers, as they may ask for.
+        """Delete a participant and all their answers, as they may demand.
 
         Raises:
             InvalidInputError: There is none of this number.
@@ -174,7 +229,7 @@ class StudyStore:
             connection.execute(PARTICIPANTS.delete().where(*here))
 
     def open(self, participant: Participant, place: int) -> tuple[Item, Answer]:
-        """An item and the answer to it so far; notes when it is first seen.
+        """An item and the answer to it so far; records when it is first shown.
 
         Raises:
             InvalidInputError: They have no such item.
@@ -185,7 +240,7 @@ class StudyStore:
             with self._store.writing() as connection:
                 unseen = _to(participant, place), ANSWERS.c.opened.is_(None)
                 connection.execute(ANSWERS.update().where(*unseen).values(opened=_now()))
-        return _item(row), _as_answer(row)
+        return _read_item(row), _read_answer(row)
 
     def answer(
         self, participant: Participant, place: int, rating: int, explanation: str, revision: int
@@ -214,7 +269,25 @@ class StudyStore:
                 row = _answer(connection, participant, place)
             elif (revision, rating, explanation) != (row.revision, row.rating, row.explanation):
                 raise ConflictError("A newer answer to this question is already saved.")
-            return _as_answer(row)
+            return _read_answer(row)
+
+
+def assigned(ratings: Mapping[int, int], *, wanted: int, share: int, rng: Random) -> list[int]:
+    """A new participant's items in order; none where every item has its ratings.
+
+    Those with the fewest ratings come in, ties at random; the order is random.
+
+    Args:
+        ratings: How many each item has, or is about to have.
+        wanted: Ratings of an item.
+        share: Items of a participant.
+        rng: Draws.
+    """
+    if min(ratings.values()) >= wanted:
+        return []
+    least = sorted(ratings, key=lambda item: (ratings[item], rng.random()))[:share]
+    rng.shuffle(least)
+    return least
 
 
 def _locked(study: Study) -> Select[Any]:
@@ -256,7 +329,7 @@ def _participant(
     for each in found:
         if each.visitor != visitor:
             raise ConflictError(
-                "This study was begun with your id in another browser. Please go on there."
+                "This study was begun with your id in another browser. Please continue there."
             )
         if each.external != external:
             raise ConflictError("Somebody has taken part in this study with this browser already.")
@@ -276,7 +349,7 @@ def _read(connection: Connection, rows: Sequence[Row[Any]]) -> list[Participant]
         query = query.where(ITEMS.c.study.in_({row.study for row in rows}))
     answers: dict[int, list[Answer]] = {}
     for row in connection.execute(query.order_by(ANSWERS.c.place)):
-        answers.setdefault(row.participant, []).append(_as_answer(row))
+        answers.setdefault(row.participant, []).append(_read_answer(row))
     return [
         Participant(row.number, row.external, row.joined, tuple(answers.get(row.number, ())))
         for row in rows
@@ -303,28 +376,18 @@ def _answer(
     return found
 
 
-def _as_answer(row: Row[Any]) -> Answer:
-    return Answer(
-        row.item,
-        row.place,
-        row.rating,
-        row.explanation,
-        row.revision,
-        row.opened,
-        row.answered,
-        row.episode,
-    )
+def _read_answer(row: Row[Any]) -> Answer:
+    return Answer(**{field.name: getattr(row, field.name) for field in fields(Answer)})
 
 
-def _item(row: Row[Any]) -> Item:
-    view = json.loads(row.view)
-    turns = (Turn(**turn) for turn in view["transcript"])
-    return Item(
-        view["task"], tuple(view["possible"]), view["profile"], view["outcome"], tuple(turns)
-    )
+def _read_item(row: Row[Any]) -> Item:
+    view: dict[str, Any] = json.loads(row.view)
+    view["possible"] = tuple(view["possible"])
+    view["transcript"] = tuple(Turn(**turn) for turn in view["transcript"])
+    return Item(**view)
 
 
-def _study(row: Row[Any]) -> Study:
+def _read_study(row: Row[Any]) -> Study:
     plan = plan_of(json.loads(row.plan), f"The study {row.name}")
     return Study(row.number, row.created, plan, row.closed)
 

@@ -1,7 +1,9 @@
-"""What people's ratings say, beside the language-model evaluator and the checks of the state."""
+"""The results of a study: tables of scores, agreement of raters, and all answers as CSV."""
 
 from __future__ import annotations
 
+import csv
+import io
 import json
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
@@ -20,29 +22,33 @@ from goalscope.experiment.summary import (
     Row,
     Table,
     chosen,
+    inert,
     mean,
     percent,
 )
 from goalscope.safe_text import model_shown
 from goalscope.stats import RESAMPLES, Interval, pooled_sd_of_mean
 from goalscope.store import EpisodeInfo, Store
-from goalscope.study.agreement import krippendorff_alpha
-from goalscope.study.people import Participant
 from goalscope.study.plan import BEST
-from goalscope.study.store import Study, StudyStore
+from goalscope.study.store import Participant, Study, StudyStore
 
-__all__ = ["study_tables"]
+__all__ = ["as_csv", "krippendorff_alpha", "study_tables"]
 
 Array = npt.NDArray[np.float64]
+COLUMNS = (
+    "study", "participant", "external_id", "joined", "finished", "place", "item", "episode",
+    "domain", "profile", "method", "state_score", "rating", "explanation", "revision", "opened",
+    "answered", "seconds",
+)  # fmt: skip
 
 
 @dataclass(frozen=True, slots=True)
 class Rated:
-    """An episode with what was made of it.
+    """An episode with its ratings.
 
     Attributes:
         info: The episode.
-        ratings: Of the people who have finished, by their number.
+        ratings: By the numbers of the participants, of those who have finished.
         readings: By the evaluator's label.
     """
 
@@ -58,9 +64,9 @@ class Rated:
 
 def study_tables(store: Store, study: Study) -> list[Table]:
     """How far a study is, and the scores by method and by episode."""
-    book = StudyStore(store)
-    people = book.participants(study)
-    rated = {id: Rated(store.episode(id)) for id in book.items(study).values()}
+    studies = StudyStore(store)
+    people = studies.participants(study)
+    rated = {id: Rated(store.episode(id)) for id in studies.items(study).values()}
     for each in people:
         for answer in each.answers if each.finished else ():
             if answer.rating is not None:
@@ -227,3 +233,52 @@ def _means(values: Array, axis: int) -> Array:
 
 def _sd(runs: Sequence[Sequence[float]]) -> Entry:
     return percent(pooled_sd_of_mean(runs) if runs else None)
+
+
+def krippendorff_alpha(units: Sequence[Sequence[int]]) -> float | None:
+    """Krippendorff's alpha of ordinal ratings: 1 where all agree, 0 where chance would do as well.
+
+    Args:
+        units: The ratings of each item, whoever gave them; items with fewer than two are left out.
+
+    Returns:
+        Alpha; None where no item has two ratings, or all ratings are equal.
+    """
+    rated = [unit for unit in units if len(unit) > 1]
+    values = np.unique([value for unit in rated for value in unit])
+    if len(values) < 2:
+        return None
+    counts = np.array([[unit.count(v) for v in values.tolist()] for unit in map(list, rated)])
+    pairs = counts[:, :, None] * counts[:, None, :] - counts[:, :, None] * np.eye(len(values))
+    observed = (pairs / (counts.sum(1) - 1)[:, None, None]).sum(0)
+    total = counts.sum(0)
+    upto = total.cumsum() - total / 2  # differences of these are distances between ranks
+    distance = (upto[:, None] - upto) ** 2
+    expected = np.outer(total, total) * distance
+    return float(1 - (total.sum() - 1) * (observed * distance).sum() / expected.sum())
+
+
+def as_csv(store: Store, study: Study, *, ids: bool = True) -> str:
+    """Every answer as a line of CSV, also of people who have not finished.
+
+    Args:
+        store: Holds the study.
+        study: Which one.
+        ids: Whether the ids in people's links are included.
+    """
+    studies = StudyStore(store)
+    infos = {id: store.episode(id) for id in studies.items(study).values()}
+    file = io.StringIO(newline="")
+    writer = csv.writer(file)
+    writer.writerow(COLUMNS)
+    for each in studies.participants(study):
+        person = (each.number, each.external if ids else None, each.joined, each.finished)
+        for answer in each.answers:
+            info = infos[answer.episode]
+            line = (
+                study.plan.name, *person, answer.place, answer.item, info.id, info.domain,
+                info.profile, info.method, info.score, answer.rating, answer.explanation,
+                answer.revision, answer.opened, answer.answered, answer.seconds,
+            )  # fmt: skip
+            writer.writerow([inert(cell) if isinstance(cell, str) else cell for cell in line])
+    return file.getvalue()

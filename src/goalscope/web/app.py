@@ -1,4 +1,4 @@
-"""The HTTP interface of the page: episodes, what is said in them, and the belief."""
+"""The HTTP interface of the page: episodes, utterances, corrections and the belief."""
 
 from __future__ import annotations
 
@@ -27,24 +27,23 @@ from goalscope.safe_text import model_shown
 from goalscope.store import EpisodeInfo, Store
 from goalscope.tracking import Trackers
 from goalscope.types import TRACKING, Goal, GoalscopeError, InvalidInputError, Message
-from goalscope.web.access import seen_by
 from goalscope.web.conversations import Conversation, Conversations
+from goalscope.web.errors import ErrorBody, RequestBody, error_response
 from goalscope.web.exports import as_html, room_picture
-from goalscope.web.guard import Guest, Visitor
-from goalscope.web.refusals import Given, Refusal, refused
+from goalscope.web.guard import CurrentVisitor, Visitor, visible_episode
 from goalscope.web.study import study_router
-from goalscope.web.tracking import CorrectionGiven, tracking_routes
+from goalscope.web.tracking import NewCorrection, tracking_router
 from goalscope.web.views import EpisodeView, Live, StoredEpisode, Why
 from goalscope.why import reasons
 
 __all__ = ["create_app"]
 
 STATIC = Path(__file__).parent / "static"
-BEAT = 15.0
-"""Seconds after which a silent connection is told that it still stands."""
+KEEPALIVE = 15.0
+"""Seconds after which a silent stream of events sends a comment."""
 WAIT = 8.0
-"""Seconds that a model gets; one that works for others for so long counts as one that hangs."""
-REFUSED = (400, 401, 403, 404, 405, 409, 413, 422, 503)
+"""Seconds in which a healthy model scores a word, also while others use it."""
+ERRORS = (400, 401, 403, 404, 405, 409, 413, 422, 503)
 
 METHODS: dict[Method, str] = {
     "good": "infers goals, and plans for the likeliest",
@@ -53,15 +52,15 @@ METHODS: dict[Method, str] = {
 }
 
 
-class Begin(Given):
-    """A new episode."""
+class NewEpisode(RequestBody):
+    """The episode to begin."""
 
     domain: Domain = "grocery"
     method: Method = "good"
     scene: str | None = None
 
 
-class Utterance(Given):
+class NewUtterance(RequestBody):
     """What a person says in a round; `confirmed` names the state that they confirm."""
 
     text: str
@@ -69,8 +68,8 @@ class Utterance(Given):
     confirmed: str = ""
 
 
-class Begun(BaseModel):
-    """The id of a new episode."""
+class EpisodeId(BaseModel):
+    """The id of the new episode."""
 
     id: str
 
@@ -93,7 +92,7 @@ class MethodView(BaseModel):
 
 
 class Options(BaseModel):
-    """What there is to choose from; `host` for the one who sees everybody's episodes."""
+    """What one can choose from; `host` for the visitor who sees everybody's episodes."""
 
     version: str
     model: str
@@ -109,14 +108,14 @@ class EpisodeList(BaseModel):
     total: int
 
 
-class Stored(StoredEpisode):
-    """An episode with its rounds, and how it stands if it can go on here."""
+class EpisodeState(StoredEpisode):
+    """An episode with its rounds, and its live state if the visitor can go on with it."""
 
     live: Live | None
 
 
 class Health(BaseModel):
-    """That the model works, and after how many seconds it had scored a word."""
+    """How many seconds the model took to score a word."""
 
     seconds: float
 
@@ -132,7 +131,7 @@ def create_app(store: Store, model: Model, defaults: Settings | None = None) -> 
 
     Args:
         store: Keeps the episodes.
-        model: Shared by all who talk here.
+        model: Shared by all visitors.
         defaults: Settings of new episodes, besides domain, method and scene.
     """
     settings = defaults or Settings()
@@ -148,22 +147,22 @@ def create_app(store: Store, model: Model, defaults: Settings | None = None) -> 
     app = FastAPI(
         title="goalscope", version=version("goalscope"), lifespan=lifespan,
         docs_url=None, redoc_url=None, openapi_url="/api/openapi.json",
-        responses={status: {"model": Refusal} for status in REFUSED},
+        responses={status: {"model": ErrorBody} for status in ERRORS},
     )  # fmt: skip
     app.mount("/static", StaticFiles(directory=STATIC), name="static")
 
-    def seen(id: str, visitor: Visitor) -> EpisodeInfo:
-        return seen_by(visitor, store, id)
+    def visible(id: str, visitor: Visitor) -> EpisodeInfo:
+        return visible_episode(visitor, store, id)
 
-    def entered(id: str, visitor: Visitor, *, again: bool = False) -> Conversation:
-        info = seen(id, visitor)
+    def own(id: str, visitor: Visitor, *, again: bool = False) -> Conversation:
+        info = visible(id, visitor)
         if not visitor.owns(info.owner):
-            raise HTTPException(403, "This is somebody else's episode, which only they go on with.")
+            raise HTTPException(403, "This is somebody else's episode; only they can continue it.")
         if info.ended:
             raise HTTPException(409, "This episode has ended. Begin another one.")
         return conversations.resume(info, again=again)
 
-    def goes_on(info: EpisodeInfo, visitor: Visitor) -> bool:
+    def can_go_on(info: EpisodeInfo, visitor: Visitor) -> bool:
         return visitor.owns(info.owner) and not info.ended and info.domain != TRACKING
 
     @app.get("/", include_in_schema=False)
@@ -171,7 +170,7 @@ def create_app(store: Store, model: Model, defaults: Settings | None = None) -> 
         return FileResponse(STATIC / "index.html")
 
     @app.get("/api/options")
-    def options(visitor: Guest) -> Options:
+    def options(visitor: CurrentVisitor) -> Options:
         return Options(
             version=version("goalscope"),
             model=model_shown(model_name(model)),
@@ -184,19 +183,19 @@ def create_app(store: Store, model: Model, defaults: Settings | None = None) -> 
         model.token_logprobs([[Message("user", "Are you there?")]], ["Yes."])
 
     @app.get("/api/health")
-    async def health(visitor: Guest) -> Health:
+    async def health(visitor: CurrentVisitor) -> Health:
         """Whether the model works: 503 where it fails, or does not answer within 8 seconds."""
         start = time.monotonic()
         try:
-            await asyncio.wait_for(wrap_future(conversations.desk.submit(score_a_word)), WAIT)
+            await asyncio.wait_for(wrap_future(conversations.queue.submit(score_a_word)), WAIT)
         except TimeoutError:
-            told = f"The model has not answered for {WAIT:.0f} s: it works for others, or hangs."
-            raise HTTPException(503, told) from None
+            detail = f"The model has not answered for {WAIT:.0f} s: it works for others, or hangs."
+            raise HTTPException(503, detail) from None
         return Health(seconds=time.monotonic() - start)
 
     @app.get("/api/episodes")
     def episodes(
-        visitor: Guest,
+        visitor: CurrentVisitor,
         text: str = "",
         limit: Annotated[int, Query(ge=1, le=200)] = 50,
         offset: Annotated[int, Query(ge=0, le=10**9)] = 0,
@@ -210,48 +209,48 @@ def create_app(store: Store, model: Model, defaults: Settings | None = None) -> 
         return EpisodeList(episodes=shown, total=total)
 
     @app.post("/api/episodes", status_code=201)
-    def begin(given: Begin, visitor: Guest) -> Begun:
-        if given.scene is not None and given.scene not in scenes:
-            raise InvalidInputError(f"There is no scene {given.scene!r}.")
-        chosen = replace(settings, domain=given.domain, method=given.method, scene=given.scene)
-        return Begun(id=conversations.begin(visitor.id, chosen).id)
+    def begin(body: NewEpisode, visitor: CurrentVisitor) -> EpisodeId:
+        if body.scene is not None and body.scene not in scenes:
+            raise InvalidInputError(f"There is no scene {body.scene!r}.")
+        chosen = replace(settings, domain=body.domain, method=body.method, scene=body.scene)
+        return EpisodeId(id=conversations.begin(visitor.id, chosen).id)
 
     @app.get("/api/episodes/{id}")
-    def episode(id: str, visitor: Guest) -> Stored:
-        info = seen(id, visitor)
-        live = conversations.resume(info).live() if goes_on(info, visitor) else None
-        info = seen(id, visitor)  # it may have ended meanwhile
+    def episode(id: str, visitor: CurrentVisitor) -> EpisodeState:
+        info = visible(id, visitor)
+        live = conversations.resume(info).live() if can_go_on(info, visitor) else None
+        info = visible(id, visitor)  # it may have ended meanwhile
         stored = StoredEpisode.of(info, store.rounds(info.id), mine=visitor.owns(info.owner))
-        return Stored(**dict(stored), live=None if info.ended else live)
+        return EpisodeState(**dict(stored), live=None if info.ended else live)
 
     @app.get("/api/episodes/{id}/events", response_class=StreamingResponse)
-    async def events(id: str, visitor: Guest) -> StreamingResponse:
-        conversation = await asyncio.to_thread(entered, id, visitor, again=True)
+    async def events(id: str, visitor: CurrentVisitor) -> StreamingResponse:
+        conversation = await asyncio.to_thread(own, id, visitor, again=True)
         return StreamingResponse(_stream(conversation), media_type="text/event-stream")
 
     @app.post("/api/episodes/{id}/utterances", status_code=202)
-    def say(id: str, given: Utterance, visitor: Guest) -> Live:
-        return entered(id, visitor).say(given.text, given.round, given.confirmed)
+    def say(id: str, body: NewUtterance, visitor: CurrentVisitor) -> Live:
+        return own(id, visitor).say(body.text, body.round, body.confirmed)
 
     @app.post("/api/episodes/{id}/corrections")
-    async def correct(id: str, given: CorrectionGiven, visitor: Guest) -> Live:
-        conversation = await asyncio.to_thread(entered, id, visitor)
-        await wrap_future(conversation.correct(given.kind, given.goal, given.text))
+    async def correct(id: str, body: NewCorrection, visitor: CurrentVisitor) -> Live:
+        conversation = await asyncio.to_thread(own, id, visitor)
+        await wrap_future(conversation.correct(body.kind, body.goal, body.text))
         return conversation.live()
 
     @app.delete("/api/episodes/{id}/corrections")
-    async def undo_correction(id: str, visitor: Guest) -> Live:
-        conversation = await asyncio.to_thread(entered, id, visitor)
+    async def undo_correction(id: str, visitor: CurrentVisitor) -> Live:
+        conversation = await asyncio.to_thread(own, id, visitor)
         await wrap_future(conversation.undo_correction())
         return conversation.live()
 
     @app.get("/api/episodes/{id}/why")
-    def why(id: str, goal: str, visitor: Guest, round: int | None = None) -> Why:
-        info = seen(id, visitor)
+    def why(id: str, goal: str, visitor: CurrentVisitor, round: int | None = None) -> Why:
+        info = visible(id, visitor)
         stored = store.rounds(info.id)
         rounds = stored[:round]
         belief = rounds[-1].belief if rounds else None
-        if goes_on(info, visitor) and len(rounds) == len(stored):
+        if can_go_on(info, visitor) and len(rounds) == len(stored):
             belief = conversations.resume(info).belief or belief
         if belief is None:
             raise HTTPException(404, "There is no belief yet.")
@@ -259,13 +258,13 @@ def create_app(store: Store, model: Model, defaults: Settings | None = None) -> 
         return Why.of(Goal(goal), found)
 
     @app.get("/api/episodes/{id}/words")
-    async def words(id: str, goal: str, turn: int, visitor: Guest) -> WordEvidence:
-        conversation = await asyncio.to_thread(entered, id, visitor)
+    async def words(id: str, goal: str, turn: int, visitor: CurrentVisitor) -> WordEvidence:
+        conversation = await asyncio.to_thread(own, id, visitor)
         return WordEvidence(words=await wrap_future(conversation.words(goal, turn)))
 
     @app.get("/api/episodes/{id}/picture.svg")
-    def picture(id: str, visitor: Guest, round: Annotated[int, Query(ge=0)]) -> Response:
-        info = seen(id, visitor)
+    def picture(id: str, visitor: CurrentVisitor, round: Annotated[int, Query(ge=0)]) -> Response:
+        info = visible(id, visitor)
         return Response(
             room_picture(info, store.rounds(info.id)[:round]),
             media_type="image/svg+xml",
@@ -273,8 +272,8 @@ def create_app(store: Store, model: Model, defaults: Settings | None = None) -> 
         )
 
     @app.get("/api/episodes/{id}/export.{form}")
-    def export(id: str, form: Literal["json", "html"], visitor: Guest) -> Response:
-        info = seen(id, visitor)
+    def export(id: str, form: Literal["json", "html"], visitor: CurrentVisitor) -> Response:
+        info = visible(id, visitor)
         rounds = store.rounds(info.id)
         headers = {"content-disposition": f'attachment; filename="goalscope-{info.id}.{form}"'}
         if form == "html":
@@ -283,22 +282,22 @@ def create_app(store: Store, model: Model, defaults: Settings | None = None) -> 
         return Response(text, media_type="application/json", headers=headers)
 
     trackers = Trackers(store, lambda: model, settings)
-    app.include_router(tracking_routes(trackers, conversations.desk, store))
+    app.include_router(tracking_router(trackers, conversations.queue, store))
     app.include_router(study_router(store))
-    app.add_exception_handler(GoalscopeError, refused)
-    app.add_exception_handler(HTTPException, refused)
-    app.add_exception_handler(RequestValidationError, refused)
+    app.add_exception_handler(GoalscopeError, error_response)
+    app.add_exception_handler(HTTPException, error_response)
+    app.add_exception_handler(RequestValidationError, error_response)
     return app
 
 
 async def _stream(conversation: Conversation) -> AsyncGenerator[str]:
-    """Server-sent events; a comment in long silences shows whether anybody still listens."""
+    """Server-sent events; a comment in a long silence reveals a closed connection."""
     with conversation.listening() as queue:
         yield _event("live", conversation.live())
         kind = ""
         while kind != "ended":
             try:
-                kind, data = await asyncio.wait_for(queue.get(), BEAT)
+                kind, data = await asyncio.wait_for(queue.get(), KEEPALIVE)
             except TimeoutError:
                 yield ": still here\n\n"
             else:

@@ -1,4 +1,4 @@
-"""Episodes that people are in the middle of: what they see now, and what they may do."""
+"""Running episodes: their state as the page shows it, and what a person may do in them."""
 
 from __future__ import annotations
 
@@ -9,8 +9,6 @@ from collections import OrderedDict
 from collections.abc import Callable, Generator
 from concurrent.futures import Future
 from contextlib import contextmanager
-from dataclasses import asdict, dataclass, replace
-from functools import partial
 from threading import RLock
 from typing import Any, Literal, TypeVar
 
@@ -19,9 +17,8 @@ from pydantic import BaseModel
 from goalscope.belief import Belief
 from goalscope.dialog import FALLBACK
 from goalscope.domains import Settings, open_environment
-from goalscope.envs import Environment
 from goalscope.likelihood import DEFAULT_LAYOUT, RolePlay
-from goalscope.models import Model, OnText
+from goalscope.models import Model
 from goalscope.session import Session, saved_settings
 from goalscope.store import EpisodeInfo, Store
 from goalscope.tracker import Correction
@@ -36,72 +33,73 @@ T = TypeVar("T")
 
 log = logging.getLogger(__name__)
 
-LONGEST = 2000
+MAX_LENGTH = 2000
 """Characters of an utterance or a goal."""
 
-KEPT = 100
-"""Conversations that stay open while nobody looks at them; the others are in the store."""
+MAX_OPEN = 100
+"""Conversations kept open while nobody looks at them; the others are only in the store."""
 
-SETTLED = 60.0
-"""Seconds from a request on in which a conversation stays open."""
+OPEN_SECONDS = 60.0
+"""How long a conversation stays open at least after a request."""
 
-PAUSE = 0.1
-"""Seconds between two tellings of what the agent is writing."""
+DRAFT_SECONDS = 0.1
+"""Least time between two drafts that are sent."""
 
 Event = tuple[Literal["live", "round", "ended"], BaseModel]
-
-
-@dataclass(frozen=True, slots=True)
-class _State:
-    version: int
-    phase: Literal["idle", "waiting", "thinking"] = "idle"
-    place: int = 0
-    step: str = ""
-    draft: str = ""
-    query: str | None = None
-    utterance: str | None = None
-    error: str | None = None
 
 
 class Conversation:
     """One person and their agent.
 
-    Its methods return at once; what the agent does, it does at the desk, and everybody who
-    listens is told.
+    Its methods return at once: the agent works in the queue, and every listener receives what
+    happens.
 
     Args:
-        desk: Where the model works.
-        env: Where the agent acts.
-        model: Of the session.
-        open: Makes the session, given what is to be told of the agent's progress and of what it
-            writes, and the episode that goes on.
-        resumed: The stored episode that goes on; its session is opened at the desk.
+        store: Keeps the rounds.
+        queue: Runs what needs the model.
+        model: The session's.
+        settings: The session's.
+        owner: Whose episode it is.
+        resumed: The stored episode to resume; its session is opened in the queue.
+
+    Raises:
+        GoalscopeError: It cannot be started with these settings.
     """
 
     def __init__(
         self,
-        desk: ModelQueue,
-        env: Environment,
+        store: Store,
+        queue: ModelQueue,
         model: Model,
-        open: Callable[[OnText, OnText, EpisodeInfo | None], Session],
+        settings: Settings,
+        owner: str,
         resumed: EpisodeInfo | None = None,
     ) -> None:
-        self._desk, self._env, self._model = desk, env, model
+        self._store, self._queue, self._model = store, queue, model
+        self._settings, self._owner = settings, owner
+        self._env = open_environment(settings)
         self._lock = RLock()
-        self._state = _State(time.time_ns() // 1_000_000)
+        self._state = Live(
+            version=time.time_ns() // 1_000_000,
+            phase="idle",
+            completion_phrase=self._env.completion_phrase,
+        )
         self._listeners: dict[asyncio.Queue[Event], asyncio.AbstractEventLoop] = {}
         self._opened: Session | None = None
         self._viewed: tuple[Belief | None, BeliefView | None] = None, None
-        self._open = partial(open, lambda step: self._become(step=step), self._drafted)
-        self._drafted_at = 0.0
+        self._draft_time = 0.0
         self.used = time.monotonic()
-        if resumed:
-            self.id = resumed.id
-            self.catch_up(resumed, again=True)
-        else:
-            self._opened = self._open(None)
-            self.id = self._opened.id
-            self._ask()
+        try:
+            if resumed:
+                self.id = resumed.id
+                self.catch_up(resumed, again=True)
+            else:
+                self._opened = self._open(None)
+                self.id = self._opened.id
+                self._ask()
+        except BaseException:
+            self.close()
+            raise
 
     @property
     def _session(self) -> Session:
@@ -111,31 +109,28 @@ class Conversation:
 
     @property
     def belief(self) -> Belief | None:
-        """With what the person said of the goals since the last round; None while that changes."""
+        """The belief with the corrections since the last round; None while it changes."""
         with self._lock:
             at_rest = self._state.phase == "idle"
             return self._opened.belief if self._opened and at_rest else None
 
     @property
     def is_idle(self) -> bool:
-        """Whether nothing is being done, nobody listens, and no request is about to do either."""
+        """Whether nothing is running, nobody listens, and no request came lately."""
         with self._lock:
             at_rest = self._state.phase == "idle" and not self._listeners
-            return at_rest and time.monotonic() - self.used > SETTLED
+            return at_rest and time.monotonic() - self.used > OPEN_SECONDS
 
     def live(self) -> Live:
-        """How it stands."""
+        """The state that the page shows."""
         with self._lock:
             state, session = self._state, self._opened
-            told: dict[str, Any] = asdict(state)
-            told["completion_phrase"] = self._env.completion_phrase
             if session is None:
-                return Live(**told)
+                return state
             last = session.rounds[-1] if session.rounds else None
             asked = bool(last and last.question and (state.query or "").endswith(last.question))
             waits = asked and state.utterance is None
-            return Live(
-                **told,
+            return self._changed(
                 round=len(session.rounds) + 1,
                 belief=self._view(session.belief),
                 changes=[ChangeView.of(change) for change in session.corrections],
@@ -143,18 +138,21 @@ class Conversation:
                 confirm=Confirm.of(last) if last and waits else None,
             )
 
+    def _changed(self, **changes: Any) -> Live:
+        return self._state.model_copy(update=changes)
+
     def _view(self, belief: Belief | None) -> BeliefView | None:
-        """As it is told again and again while people wait, it is made once."""
+        """Cached, as it is sent again and again while people wait."""
         if belief is not self._viewed[0]:
             self._viewed = belief, belief and BeliefView.of(belief)
         return self._viewed[1]
 
     def catch_up(self, info: EpisodeInfo, *, again: bool = False) -> None:
-        """Open the episode anew where it has gone on elsewhere.
+        """Reopen the episode if it went on elsewhere, such as in another server.
 
         Args:
             info: What the store knows of it.
-            again: Also where it could not be opened before.
+            again: Also reopen it if it could not be opened before.
         """
         with self._lock:
             behind = len(self._opened.rounds) < info.rounds if self._opened else again
@@ -162,11 +160,11 @@ class Conversation:
                 return
             self._claim("opening")
             self._opened = None
-            self._become(query=None)
+            self._update(query=None)
         self._submit(lambda: self._reopen(info))
 
     def say(self, text: str, round: int, confirmed: str = "") -> Live:
-        """Have the agent take in what the person says.
+        """Give the agent what the person says.
 
         Args:
             text: Their words.
@@ -174,10 +172,10 @@ class Conversation:
             confirmed: See `Agent.step`.
 
         Raises:
-            ConflictError: The agent is at work, or this round has had its answer.
+            ConflictError: The agent is at work, or this round has its answer already.
             InvalidInputError: The text is empty, broken or too long.
         """
-        text = checked_text(text, "message", LONGEST)
+        text = checked_text(text, "message", MAX_LENGTH)
         with self._lock:
             query = self._state.query
             if round != len(self._session.rounds) + 1 or query is None:
@@ -193,10 +191,8 @@ class Conversation:
             ConflictError: The agent is at work.
             InvalidInputError: A text is empty, broken or too long.
         """
-        goal, text = (
-            checked_text(goal, "goal", LONGEST),
-            text and checked_text(text, "goal", LONGEST),
-        )
+        goal = checked_text(goal, "goal", MAX_LENGTH)
+        text = text and checked_text(text, "goal", MAX_LENGTH)
         return self._change(lambda: self._session.correct(kind, Goal(goal), text))
 
     def undo_correction(self) -> Future[None]:
@@ -208,7 +204,7 @@ class Conversation:
         return self._change(self._session.undo_correction)
 
     def words(self, goal: str, turn: int) -> Future[list[tuple[str, float]]]:
-        """What each word of a turn says for a goal, as `why.word_evidence`.
+        """See `why.word_evidence`.
 
         Raises:
             ConflictError: The agent is at work.
@@ -225,7 +221,7 @@ class Conversation:
 
     @contextmanager
     def listening(self) -> Generator[asyncio.Queue[Event]]:
-        """A queue into which goes everything that happens, meanwhile."""
+        """A queue of everything that happens inside this context."""
         queue: asyncio.Queue[Event] = asyncio.Queue()
         with self._lock:
             self._listeners[queue] = asyncio.get_running_loop()
@@ -236,8 +232,20 @@ class Conversation:
                 del self._listeners[queue]
 
     def close(self) -> None:
-        """Let go of what runs behind it; everything is in the store."""
+        """Close the environment; everything is in the store."""
         self._env.close()
+
+    def _open(self, resume: EpisodeInfo | None) -> Session:
+        return Session(
+            self._store,
+            self._settings,
+            self._env,
+            self._model,
+            owner=self._owner,
+            resume=resume,
+            progress=lambda step: self._update(step=step),
+            draft=self._on_draft,
+        )
 
     def _change(self, change: Callable[[], object]) -> Future[None]:
         def work() -> None:
@@ -247,38 +255,38 @@ class Conversation:
         return self._submit(work)
 
     def _claim(self, step: str, utterance: str | None = None) -> None:
-        """Nothing else of this conversation may begin until what is claimed has been done."""
+        """Let nothing else begin in this conversation until this step is done."""
         with self._lock:
             if self._state.phase != "idle":
                 raise ConflictError("The agent is still at work. Wait for it, and try again.")
-            self._become(phase="waiting", step=step, utterance=utterance, error=None)
+            self._update(phase="waiting", step=step, utterance=utterance, error=None)
 
     def _submit(self, work: Callable[[], T]) -> Future[T]:
-        """Do at the desk what was claimed; then, or if it is cancelled, it is the person's turn."""
-        future = self._desk.submit(work, self._moved)
-        future.add_done_callback(lambda _: self._become(phase="idle", place=0, step="", draft=""))
+        """Run the claimed step in the queue; then, also if cancelled, it is the person's turn."""
+        future = self._queue.submit(work, self._on_move)
+        future.add_done_callback(lambda _: self._update(phase="idle", place=0, step="", draft=""))
         return future
 
-    def _moved(self, place: int) -> None:
+    def _on_move(self, place: int) -> None:
         with self._lock:
-            if self._state.phase != "idle":  # what was cancelled stands in line until its turn
-                self._become(phase="waiting" if place else "thinking", place=place)
+            if self._state.phase != "idle":  # cancelled work stays in the queue until its turn
+                self._update(phase="waiting" if place else "thinking", place=place)
 
     def _step(self, query: str, text: str, confirmed: str) -> None:
-        kept = None if confirmed else text  # what is confirmed must be looked at anew
+        kept = None if confirmed else text  # a confirmation is not repeated unseen
         try:
             round = self._session.step(query, text, confirmed=confirmed)
         except GoalscopeError as error:
-            self._become(error=str(error), utterance=kept)
+            self._update(error=str(error), utterance=kept)
             return
         except Exception:
             log.exception("a round failed")
-            told = "Something went wrong here, and nothing was done. Try again."
-            self._become(error=told, utterance=kept)
+            message = "Something went wrong here, and nothing was done. Try again."
+            self._update(error=message, utterance=kept)
             return
         self._publish("round", lambda: RoundView.of(round))
         info = self._session.info
-        self._become(query=None, utterance=None)
+        self._update(query=None, utterance=None)
         if info.ended:
             self._publish("ended", lambda: EpisodeView.of(info, mine=True))
         else:
@@ -288,11 +296,11 @@ class Conversation:
         try:
             self._opened = self._open(info)
         except GoalscopeError as error:
-            self._become(error=str(error))
+            self._update(error=str(error))
             return
         except Exception:
             log.exception("an episode could not be opened")
-            self._become(error="This episode cannot be opened. Begin another one.")
+            self._update(error="This episode cannot be opened. Begin another one.")
             return
         self._ask()
 
@@ -302,18 +310,18 @@ class Conversation:
         except Exception:
             log.exception("a question failed")
             query = FALLBACK
-        self._become(query=query, draft="")
+        self._update(query=query, draft="")
 
-    def _become(self, **changes: Any) -> None:
+    def _update(self, **changes: Any) -> None:
         with self._lock:
-            self._state = replace(self._state, version=self._state.version + 1, **changes)
+            self._state = self._changed(version=self._state.version + 1, **changes)
             self._publish("live", self.live)
 
-    def _drafted(self, text: str) -> None:
+    def _on_draft(self, text: str) -> None:
         now = time.monotonic()
-        if self._listeners and now - self._drafted_at >= PAUSE:
-            self._drafted_at = now
-            self._become(draft=text)
+        if self._listeners and now - self._draft_time >= DRAFT_SECONDS:
+            self._draft_time = now
+            self._update(draft=text)
 
     def _publish(
         self, kind: Literal["live", "round", "ended"], view: Callable[[], BaseModel]
@@ -326,7 +334,7 @@ class Conversation:
 
 
 class Conversations:
-    """All that go on here.
+    """All conversations of this server.
 
     Args:
         store: Keeps their rounds.
@@ -335,7 +343,7 @@ class Conversations:
 
     def __init__(self, store: Store, model: Model) -> None:
         self._store, self._model = store, model
-        self.desk = ModelQueue()
+        self.queue = ModelQueue()
         self._lock = RLock()
         self._open: OrderedDict[str, Conversation] = OrderedDict()
 
@@ -352,7 +360,7 @@ class Conversations:
 
         Args:
             info: The episode.
-            again: Whether to try once more where it could not be opened.
+            again: Whether to try again if it could not be opened.
 
         Raises:
             GoalscopeError: It cannot go on.
@@ -366,35 +374,17 @@ class Conversations:
             return self._enter(info.owner or "", saved_settings(info), info)
 
     def close(self) -> None:
-        """Close all; their rounds are in the store."""
-        self.desk.close()
+        """Close all conversations; their rounds are in the store."""
+        self.queue.close()
         for conversation in self._open.values():
             conversation.close()
 
     def _enter(self, owner: str, settings: Settings, resume: EpisodeInfo | None) -> Conversation:
-        env = open_environment(settings)
-
-        def open(progress: OnText, draft: OnText, resume: EpisodeInfo | None) -> Session:
-            return Session(
-                self._store,
-                settings,
-                env,
-                self._model,
-                owner=owner,
-                resume=resume,
-                progress=progress,
-                draft=draft,
-            )
-
-        try:
-            entered = Conversation(self.desk, env, self._model, open, resume)
-        except BaseException:
-            env.close()
-            raise
+        entered = Conversation(self._store, self.queue, self._model, settings, owner, resume)
         with self._lock:
             self._open[entered.id] = entered
             idle = [each for each in self._open.values() if each.is_idle and each is not entered]
-            for each in idle[: max(0, len(self._open) - KEPT)]:
+            for each in idle[: max(0, len(self._open) - MAX_OPEN)]:
                 del self._open[each.id]
                 each.close()
         return entered

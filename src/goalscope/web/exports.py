@@ -1,9 +1,10 @@
-"""Episodes as files that stand alone, and the room from above."""
+"""Saved pages of episodes, with the ribbons of the belief, and pictures of the room."""
 
 from __future__ import annotations
 
 from base64 import b64encode
 from collections.abc import Sequence
+from dataclasses import dataclass
 from functools import cache
 from hashlib import sha256
 from pathlib import Path
@@ -18,17 +19,68 @@ from goalscope.policy import undo
 from goalscope.safe_text import domain_shown, model_shown
 from goalscope.store import EpisodeInfo
 from goalscope.types import TRACKING, GoalscopeError, InvalidInputError, pluralize
-from goalscope.web.ribbons import HEIGHT, WIDTH, ribbons
 from goalscope.web.views import BeliefView, GoalView, StoredEpisode
 
-__all__ = ["as_html", "room_picture"]
+__all__ = ["Ribbon", "as_html", "ribbons", "room_picture"]
 
 STATIC = Path(__file__).parent / "static"
 STYLES = ("style.css", "belief.css", "talk.css", "saved.css")
+WIDTH, HEIGHT = 100, 100
+"""Size of a column in the drawing, which the page stretches."""
+LEVEL = 0.36
+"""Share of a column in which a ribbon is level."""
+COLOURS = 9
+"""Number of goal colours in style.css: `.c0` and so on."""
+
+
+@dataclass(frozen=True, slots=True)
+class Ribbon:
+    """A goal over the rounds.
+
+    Attributes:
+        goal: Its text.
+        colour: Its class in style.css.
+        path: Its outline, as the `d` of an SVG path.
+    """
+
+    goal: str
+    colour: str
+    path: str
+
+
+def ribbons(beliefs: Sequence[BeliefView]) -> list[Ribbon]:
+    """A ribbon for each goal that ever was, from the top; "Unspecified" comes last."""
+    values: dict[str, list[float]] = {}
+    without: set[str] = set()
+    for place, belief in enumerate(beliefs):
+        for goal in belief.goals:
+            row = values.setdefault(goal.text, [0.0] * len(beliefs))
+            row[place] = goal.probability
+            if goal.unspecified:
+                without.add(goal.text)
+    drawn: list[Ribbon] = []
+    tops = [0.0] * len(beliefs)
+    for text in sorted(values, key=lambda text: text in without):
+        bottoms = [top + value for top, value in zip(tops, values[text], strict=True)]
+        colour = "unspecified" if text in without else f"c{len(drawn) % COLOURS}"
+        path = _outline(tops, bottoms)
+        drawn.append(Ribbon(text, colour, path))
+        tops = bottoms
+    return drawn
+
+
+def _outline(tops: Sequence[float], bottoms: Sequence[float]) -> str:
+    """Level in the middle of each column, and straight to the next; back below."""
+    places = [place + 0.5 + side for place in range(len(tops)) for side in (-LEVEL / 2, LEVEL / 2)]
+    places[0], places[-1] = 0.0, float(len(tops))
+    there = zip(places, [y for y in tops for _ in range(2)], strict=True)
+    back = zip(places, [y for y in bottoms for _ in range(2)], strict=True)
+    points = [*there, *reversed([*back])]
+    return f"M{' L'.join(f'{x * WIDTH:.1f} {y * HEIGHT:.2f}' for x, y in points)} Z"
 
 
 def as_html(info: EpisodeInfo, rounds: Sequence[Round]) -> str:
-    """An episode to read and print, without any script."""
+    """An episode as one HTML page to read and print, without scripts."""
     stored = StoredEpisode.of(info, rounds, mine=True)
     believed = [round for round in stored.rounds if round.belief]
     drawn = ribbons([round.belief for round in believed if round.belief])
@@ -82,7 +134,7 @@ def _name(goal: GoalView) -> str:
 
 
 def _facts(info: EpisodeInfo) -> list[str]:
-    """What is known of an episode, in the words of the page."""
+    """Facts about an episode, in the words of the page."""
     return [
         f"{info.created[:16].replace('T', ' ')} UTC",
         "goal tracking" if info.domain == TRACKING else domain_shown(info.domain),
@@ -96,7 +148,7 @@ def _facts(info: EpisodeInfo) -> list[str]:
 
 
 def _room(info: EpisodeInfo, rounds: Sequence[Round]) -> str:
-    """The room at the end, in base 64; empty where there is none to be drawn."""
+    """The room at the end, in base 64; empty where none can be drawn."""
     if info.domain != "house":
         return ""
     try:
@@ -106,7 +158,7 @@ def _room(info: EpisodeInfo, rounds: Sequence[Round]) -> str:
 
 
 def room_picture(info: EpisodeInfo, rounds: Sequence[Round]) -> str:
-    """The house's room from above after these rounds, as an SVG; what the last changed stands out.
+    """The room from above after these rounds, as an SVG; changes of the last round stand out.
 
     Raises:
         InvalidInputError: There is no room in this domain.

@@ -1,4 +1,4 @@
-"""Who may ask for what: hosts, origins, keys and lengths."""
+"""Access control: hosts, origins, keys, body sizes, and the owners of episodes."""
 
 from __future__ import annotations
 
@@ -15,30 +15,32 @@ from starlette.exceptions import HTTPException
 from starlette.responses import RedirectResponse
 from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
-from goalscope.web.refusals import refused
+from goalscope.store import EpisodeInfo, Store
+from goalscope.types import InvalidInputError
+from goalscope.web.errors import error_response
 
-__all__ = ["Guard", "Guest", "Visitor"]
+__all__ = ["CurrentVisitor", "Guard", "Visitor", "not_found", "visible_episode"]
 
-LARGEST = 64 * 1024
-"""Bytes of a request's body."""
+MAX_BODY = 64 * 1024
+"""Bytes."""
 
-OPEN = (
+PUBLIC = (
     "/study/", "/api/studies/", "/static/study", "/static/style.css", "/static/dom.js",
     "/static/status.js", "/static/icon.svg",
 )  # fmt: skip
-"""Paths that need no password: who takes part in a study comes by a link of their own."""
+"""Paths that need no password: participants of a study come by a link of their own."""
 
-CHANGES = (
-    "That did not come from this server's own page. A program shows the key: Authorization: "
+NO_ORIGIN = (
+    "That did not come from this server's own page. A program sends the key as Authorization: "
     "Bearer KEY, without cookies."
 )
-FOREIGN = (
+FOREIGN_ORIGIN = (
     "Pages of other sites change nothing here, whatever key they show (there is no CORS). Ask from "
     "that site's own server, or from a program that sends no Origin. If this is the server's own "
     "page, behind a proxy with TLS, the proxy must send X-Forwarded-Proto: https."
 )
 
-VISITOR, HOST, GUEST = "goalscope_visitor", "goalscope_host", "goalscope_guest"
+VISITOR_COOKIE, HOST_COOKIE, GUEST_COOKIE = "goalscope_visitor", "goalscope_host", "goalscope_guest"
 YEAR = 365 * 24 * 3600
 
 HEADERS = {
@@ -52,21 +54,20 @@ HEADERS = {
     "x-frame-options": "DENY",
     "cache-control": "no-store",
 }
-"""Of every answer that does not set them itself."""
+"""Added to every answer that does not set them itself."""
 
 
 class Visitor:
-    """Who asks.
+    """The sender of a request.
 
     Args:
-        secret: That their browser keeps, or that their program shows.
-        key: Of the one who runs the server, if they have it.
+        secret: The cookie of their browser, or the key that their program sends.
+        key: The host's key, if they have it.
 
     Attributes:
-        browser: Theirs.
-        id: Whose is what they begin: the browser's, or, from wherever they have the key, the
-            host's.
-        is_host: Whether they have the key, and see everything.
+        browser: Identifies the browser.
+        id: Owner of what they begin: the browser, or the host wherever the key is known.
+        is_host: Whether they have the host's key, and so see everything.
     """
 
     def __init__(self, secret: str, key: str | None = None) -> None:
@@ -75,37 +76,62 @@ class Visitor:
         self.is_host = key is not None
 
     def owns(self, owner: str | None) -> bool:
-        """Whether what this owner has is theirs; the host goes on with what the browser began."""
+        """Whether this owner is them; the host also owns what their browser began before."""
         return owner in (self.id, self.browser)
 
 
-_SHOWN = HTTPBearer(
-    scheme_name="key", auto_error=False,
-    description="The key of the host; browsers keep a cookie instead.",
-)  # fmt: skip
-
-
-def _visitor(request: Request, _: Annotated[object, Security(_SHOWN)]) -> Visitor:
+def _visitor(
+    request: Request,
+    _: Annotated[
+        object,
+        Security(
+            HTTPBearer(
+                scheme_name="key",
+                auto_error=False,
+                description="The key of the host; browsers keep a cookie instead.",
+            )
+        ),
+    ],
+) -> Visitor:
     return request.scope["state"]["visitor"]
 
 
-Guest = Annotated[Visitor, Depends(_visitor)]
-"""The visitor whom the guard has let in."""
+CurrentVisitor = Annotated[Visitor, Depends(_visitor)]
+"""The visitor whom the guard let in."""
+
+
+def visible_episode(visitor: Visitor, store: Store, id: str, what: str = "episode") -> EpisodeInfo:
+    """The episode with this full id, if the visitor may see it.
+
+    Raises:
+        HTTPException: 404, alike for what does not exist and for what is another's.
+    """
+    try:
+        info = store.episode(id)
+    except InvalidInputError:
+        info = None
+    if info is None or info.id != id or not (visitor.is_host or visitor.owns(info.owner)):
+        raise not_found(what)
+    return info
+
+
+def not_found(what: str) -> HTTPException:
+    """The error for what does not exist, or is another's."""
+    return HTTPException(404, f"There is no such {what}, or it is somebody else's.")
 
 
 class Guard:
     """Refuses what a browser of another site, or a stranger, may not ask for.
 
-    A request names this server as its host. What changes something comes from a page of this
-    server, or from a program that shows the key and has no browser's cookies. With a password,
-    nobody comes in without it or the host's key, but for the pages of studies.
+    A request must name this server as its host. A request that changes something must come from
+    this server's own page, or from a program that sends the key and no cookies. With a password,
+    every request needs a proof of it or of the key, except for the pages of studies.
 
     Args:
         app: What is guarded.
         hosts: Names with ports under which the server is reached.
-        key: Of the host; nobody may be able to guess it.
-        password: Of the visitors, likewise; None where everybody who can reach the server may come
-            in.
+        key: The host's; it must be impossible to guess.
+        password: The visitors', likewise; None lets everybody in who can reach the server.
     """
 
     def __init__(
@@ -113,7 +139,7 @@ class Guard:
     ) -> None:
         self.app, self.hosts = app, frozenset(hosts)
         self._key = key
-        self._keys = {HOST: key} | ({GUEST: password} if password else {})
+        self._keys = {HOST_COOKIE: key} | ({GUEST_COOKIE: password} if password else {})
         self._proofs = {
             name: hmac.new(key.encode(), f"{name} {shown}".encode(), "sha256").hexdigest()
             for name, shown in self._keys.items()
@@ -126,15 +152,15 @@ class Guard:
         elif scope["type"] == "http":
             request, cookies = Request(scope), list[str]()
             try:
-                answer = self._let_in(request, cookies)
+                answer = self._admit(request, cookies)
             except HTTPException as error:
-                answer = await refused(request, error)
+                answer = await error_response(request, error)
             await answer(scope, _limited(receive), _headed(send, cookies))
         else:
             await send({"type": "websocket.close", "code": 1008})
 
-    def _let_in(self, request: Request, cookies: list[str]) -> ASGIApp:
-        """What answers a request; adds the cookies that come with the answer.
+    def _admit(self, request: Request, cookies: list[str]) -> ASGIApp:
+        """What answers a request; adds the cookies to set.
 
         Raises:
             HTTPException: 401, 403.
@@ -149,42 +175,42 @@ class Guard:
         bearer = bearer.strip() if kind.lower() == "bearer" else ""
         if bearer and not _same(bearer, self._key):
             raise HTTPException(401, "That key is not this server's; `goalscope serve` has it.")
-        reads, of_study = request.method in ("GET", "HEAD"), scope["path"].startswith(OPEN)
-        shown = request.query_params.get("key", "") if reads and not of_study else ""
+        reads, is_public = request.method in ("GET", "HEAD"), scope["path"].startswith(PUBLIC)
+        shown = request.query_params.get("key", "") if reads and not is_public else ""
         enters = [name for name, key in self._keys.items() if _same(shown, key)]
-        kept = [
+        proven = [
             name
             for name, proof in self._proofs.items()
             if _same(request.cookies.get(name, ""), proof)
         ]
-        if GUEST in self._keys and not (of_study or bearer or enters or kept):
+        if GUEST_COOKIE in self._keys and not (is_public or bearer or enters or proven):
             raise HTTPException(401, "This server asks for a key: open it with ?key=... once.")
-        origins, program = headers.getlist("origin"), bool(bearer) and "cookie" not in headers
+        origins, is_program = headers.getlist("origin"), bool(bearer) and "cookie" not in headers
         own = [f"{scope['scheme']}://{host}"]
-        if not (reads or origins == own or (program and not origins)):
-            raise HTTPException(403, FOREIGN if origins else CHANGES)
+        if not (reads or origins == own or (is_program and not origins)):
+            raise HTTPException(403, FOREIGN_ORIGIN if origins else NO_ORIGIN)
         if enters:  # one proof does not replace the other
             cookies.append(_cookie(enters[0], self._proofs[enters[0]], scope))
             # The key leaves the address; after two slashes that would be another host's.
             return RedirectResponse("/" + scope["path"].lstrip("/"), 303)
-        known = request.cookies.get(VISITOR, "")
+        known = request.cookies.get(VISITOR_COOKIE, "")
         secret = known if len(known) >= 32 else bearer or secrets.token_urlsafe(32)
         if secret not in (known, bearer):
-            cookies.append(_cookie(VISITOR, secret, scope))
-        is_host = bool(bearer) or HOST in kept
+            cookies.append(_cookie(VISITOR_COOKIE, secret, scope))
+        is_host = bool(bearer) or HOST_COOKIE in proven
         scope.setdefault("state", {})["visitor"] = Visitor(secret, self._key if is_host else None)
         return self.app
 
 
 def _limited(receive: Receive) -> Receive:
-    seen = 0
+    size = 0
 
     async def limited() -> Message:
-        nonlocal seen
+        nonlocal size
         message = await receive()
-        seen += len(message.get("body", b""))
-        if seen > LARGEST:
-            raise HTTPException(413, f"That is longer than {LARGEST} bytes.")
+        size += len(message.get("body", b""))
+        if size > MAX_BODY:
+            raise HTTPException(413, f"That is longer than {MAX_BODY} bytes.")
         return message
 
     return limited
@@ -204,7 +230,7 @@ def _headed(send: Send, cookies: list[str]) -> Send:
 
 
 def _cookie(name: str, value: str, scope: Scope) -> str:
-    """Lax: who follows a link of another site shows who they are, and is sent no other cookie."""
+    """SameSite=Lax, so that links of other sites send it, and no other cookie replaces it."""
     secure = "; Secure" if scope["scheme"] == "https" else ""
     return f"{name}={value}; Path=/; Max-Age={YEAR}; HttpOnly; SameSite=Lax{secure}"
 

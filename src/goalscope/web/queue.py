@@ -1,4 +1,4 @@
-"""One model and many people: what they want of it is done one thing at a time, in turn."""
+"""The queue before the model, which works for one person at a time."""
 
 from __future__ import annotations
 
@@ -11,53 +11,53 @@ from typing import Any, TypeVar
 __all__ = ["ModelQueue"]
 
 T = TypeVar("T")
-Moved = Callable[[int], None]
+OnMove = Callable[[int], None]
 
 log = logging.getLogger(__name__)
 
 
 class ModelQueue:
-    """A queue before one worker: first come, first served."""
+    """A queue before one worker thread: first come, first served."""
 
     def __init__(self) -> None:
         self._worker = ThreadPoolExecutor(1, "model")
-        self._line: dict[Future[Any], Moved] = {}
+        self._waiting: dict[Future[Any], OnMove] = {}
         self._lock = RLock()
 
-    def submit(self, work: Callable[[], T], moved: Moved = lambda place: None) -> Future[T]:
-        """Have something done when it is its turn.
+    def submit(self, work: Callable[[], T], on_move: OnMove = lambda place: None) -> Future[T]:
+        """Run something in the worker's thread when its turn comes.
 
         Args:
-            work: What is done, in the worker's thread.
-            moved: Is told how many pieces of work are before it, whenever that changes; 0 when it
-                begins. It must return at once.
+            work: What to run.
+            on_move: Is called with the number of tasks before this one whenever that changes, with
+                0 when it begins. It must return at once.
 
         Raises:
-            RuntimeError: The desk is closed.
+            RuntimeError: The queue is closed.
         """
         with self._lock:
             future = self._worker.submit(work)
-            self._line[future] = moved
-            _tell(moved, len(self._line) - 1)
-        future.add_done_callback(self._left)
+            self._waiting[future] = on_move
+            _notify(on_move, len(self._waiting) - 1)
+        future.add_done_callback(self._remove)
         return future
 
     def close(self) -> None:
-        """Finish what is being done, and cancel what waits."""
+        """Finish the running task, and cancel those that wait."""
         with self._lock:
             self._worker.shutdown(wait=False, cancel_futures=True)
         self._worker.shutdown()
 
-    def _left(self, future: Future[Any]) -> None:
+    def _remove(self, future: Future[Any]) -> None:
         with self._lock:
-            place = [*self._line].index(future)
-            del self._line[future]
-            for number, moved in enumerate([*self._line.values()][place:], place):
-                _tell(moved, number)
+            place = [*self._waiting].index(future)
+            del self._waiting[future]
+            for number, on_move in enumerate([*self._waiting.values()][place:], place):
+                _notify(on_move, number)
 
 
-def _tell(moved: Moved, place: int) -> None:
+def _notify(on_move: OnMove, place: int) -> None:
     try:
-        moved(place)
+        on_move(place)
     except Exception:
-        log.exception("somebody could not be told their place")
+        log.exception("a place in the queue could not be announced")

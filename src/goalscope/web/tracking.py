@@ -1,4 +1,4 @@
-"""Goal tracking for other programs, by HTTP."""
+"""Goal tracking for other programs, over HTTP."""
 
 from __future__ import annotations
 
@@ -14,20 +14,19 @@ from goalscope.store import EpisodeInfo, Store
 from goalscope.tracker import Correction
 from goalscope.tracking import Tracked, Trackers
 from goalscope.types import TRACKING
-from goalscope.web.access import seen_by, unknown
-from goalscope.web.guard import Guest, Visitor
+from goalscope.web.errors import RequestBody
+from goalscope.web.guard import CurrentVisitor, Visitor, not_found, visible_episode
 from goalscope.web.queue import ModelQueue
-from goalscope.web.refusals import Given
 from goalscope.web.views import EpisodeView, TrackerView, Why
 
-__all__ = ["CorrectionGiven", "tracking_routes"]
+__all__ = ["NewCorrection", "tracking_router"]
 
 
-class OpenTracker(Given):
-    """A new session.
+class NewSession(RequestBody):
+    """A session to open.
 
     `task` is the assistant's, in a sentence; `goals` is what the person may want. With `propose`
-    the server's model adds goals when none explains the words, and takes its own out again.
+    the server's model adds goals when none explains the words, and removes its own again.
     """
 
     task: str
@@ -35,20 +34,20 @@ class OpenTracker(Given):
     propose: bool = False
 
 
-class TurnGiven(Given):
+class NewTurn(RequestBody):
     """What the assistant said, if anything, and what the person answered."""
 
     query: str = ""
     utterance: str
 
 
-class GoalsGiven(Given):
+class NewGoals(RequestBody):
     """Goals to add; each is scored on all past turns."""
 
     goals: list[str]
 
 
-class CorrectionGiven(Given):
+class NewCorrection(RequestBody):
     """What the person says of a goal.
 
     "pin": it is this one, perhaps a new one. "veto": it is not, and is not proposed again.
@@ -66,43 +65,47 @@ class TrackerList(BaseModel):
     trackers: list[EpisodeView]
 
 
-def tracking_routes(trackers: Trackers, desk: ModelQueue, store: Store) -> APIRouter:
-    """What programs may ask for, each of its own sessions.
+def tracking_router(trackers: Trackers, queue: ModelQueue, store: Store) -> APIRouter:
+    """The routes of goal tracking; each visitor reaches their own sessions.
 
     Args:
         trackers: The sessions.
-        desk: Where the model works.
-        store: Of the sessions.
+        queue: Runs what needs the model.
+        store: Keeps the sessions.
     """
     router = APIRouter(prefix="/api/trackers", tags=["tracking"])
 
-    def seen(id: str, visitor: Visitor) -> EpisodeInfo:
-        info = seen_by(visitor, store, id, "session")
+    def visible(id: str, visitor: Visitor) -> EpisodeInfo:
+        info = visible_episode(visitor, store, id, "session")
         if info.domain != TRACKING:
-            raise unknown("session")
+            raise not_found("session")
         return info
 
-    def own(id: str, visitor: Visitor) -> None:
-        if not visitor.owns(seen(id, visitor).owner):
-            raise HTTPException(403, "This is somebody else's session, which only they change.")
+    def require_owner(id: str, visitor: Visitor) -> None:
+        if not visitor.owns(visible(id, visitor).owner):
+            raise HTTPException(403, "This is somebody else's session; only they can change it.")
 
-    async def at_desk(work: Callable[[], Tracked]) -> TrackerView:
-        return await wrap_future(desk.submit(lambda: TrackerView.of(work())))
+    async def queued(work: Callable[[], Tracked]) -> TrackerView:
+        return await wrap_future(queue.submit(lambda: TrackerView.of(work())))
+
+    async def queued_for(id: str, visitor: Visitor, work: Callable[[], Tracked]) -> TrackerView:
+        await asyncio.to_thread(require_owner, id, visitor)
+        return await queued(work)
 
     @router.post("", status_code=201)
-    async def open_session(given: OpenTracker, visitor: Guest) -> TrackerView:
-        """Open a session, which stays until it is deleted, also when the server starts anew.
+    async def open_session(body: NewSession, visitor: CurrentVisitor) -> TrackerView:
+        """Open a session, which stays until it is deleted, also when the server restarts.
 
         The same request again, perhaps since its answer was lost, opens another session; `GET`
-        lists yours, so that one in which nothing was said can be deleted.
+        lists yours, so that one without turns can be deleted.
         """
-        return await at_desk(
-            lambda: trackers.open(given.task, given.goals, propose=given.propose, owner=visitor.id)
+        return await queued(
+            lambda: trackers.open(body.task, body.goals, propose=body.propose, owner=visitor.id)
         )
 
     @router.get("")
     def sessions(
-        visitor: Guest,
+        visitor: CurrentVisitor,
         limit: Annotated[int, Query(ge=1, le=200)] = 50,
         offset: Annotated[int, Query(ge=0, le=10**9)] = 0,
     ) -> TrackerList:
@@ -113,49 +116,49 @@ def tracking_routes(trackers: Trackers, desk: ModelQueue, store: Store) -> APIRo
         return TrackerList(trackers=[EpisodeView.of(info, mine=True) for info in found])
 
     @router.get("/{id}")
-    def belief(id: str, visitor: Guest) -> TrackerView:
+    def belief(id: str, visitor: CurrentVisitor) -> TrackerView:
         """The belief as it is now, and what to do next."""
-        return TrackerView.of(trackers.read(seen(id, visitor).id))
+        return TrackerView.of(trackers.read(visible(id, visitor).id))
 
     @router.put("/{id}/turns/{turn}")
     async def observe(
-        id: str, turn: Annotated[int, Path(ge=1)], given: TurnGiven, visitor: Guest
+        id: str, turn: Annotated[int, Path(ge=1)], body: NewTurn, visitor: CurrentVisitor
     ) -> TrackerView:
         """Take in a turn; the first is 1.
 
         It is stored when the answer comes. The same request again counts once, and has the same
         answer; the same turn in other words, or one that is not the next, is a conflict (409).
         """
-        await asyncio.to_thread(own, id, visitor)
-        return await at_desk(lambda: trackers.observe(id, turn, given.query, given.utterance))
+        return await queued_for(
+            id, visitor, lambda: trackers.observe(id, turn, body.query, body.utterance)
+        )
 
     @router.post("/{id}/goals")
-    async def add_goals(id: str, given: GoalsGiven, visitor: Guest) -> TrackerView:
+    async def add_goals(id: str, body: NewGoals, visitor: CurrentVisitor) -> TrackerView:
         """Add goals; those that are there already change nothing."""
-        await asyncio.to_thread(own, id, visitor)
-        return await at_desk(lambda: trackers.add(id, given.goals))
+        return await queued_for(id, visitor, lambda: trackers.add(id, body.goals))
 
     @router.post("/{id}/corrections")
-    async def correct(id: str, given: CorrectionGiven, visitor: Guest) -> TrackerView:
+    async def correct(id: str, body: NewCorrection, visitor: CurrentVisitor) -> TrackerView:
         """Take in what the person says of the goals themselves."""
-        await asyncio.to_thread(own, id, visitor)
-        return await at_desk(lambda: trackers.correct(id, given.kind, given.goal, given.text))
+        return await queued_for(
+            id, visitor, lambda: trackers.correct(id, body.kind, body.goal, body.text)
+        )
 
     @router.get("/{id}/why")
-    def why(id: str, visitor: Guest, goal: str = "") -> Why:
+    def why(id: str, visitor: CurrentVisitor, goal: str = "") -> Why:
         """What each utterance says for a goal; for the likeliest one if none is named."""
-        return Why.of(*trackers.why(seen(id, visitor).id, goal))
+        return Why.of(*trackers.why(visible(id, visitor).id, goal))
 
     @router.post("/{id}/close")
-    async def close(id: str, visitor: Guest) -> TrackerView:
+    async def close(id: str, visitor: CurrentVisitor) -> TrackerView:
         """End a session; it can still be read."""
-        await asyncio.to_thread(own, id, visitor)
-        return await at_desk(lambda: trackers.close(id))
+        return await queued_for(id, visitor, lambda: trackers.close(id))
 
     @router.delete("/{id}", status_code=204)
-    def delete(id: str, visitor: Guest) -> None:
-        """Delete a session with all that was said in it."""
-        own(id, visitor)
+    def delete(id: str, visitor: CurrentVisitor) -> None:
+        """Delete a session with everything said in it."""
+        require_owner(id, visitor)
         trackers.delete(id)
 
     return router

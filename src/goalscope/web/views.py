@@ -1,4 +1,4 @@
-"""What the page and other programs read: episodes, rounds and beliefs as JSON."""
+"""Episodes, rounds and beliefs as the page and other programs read them, in JSON."""
 
 from __future__ import annotations
 
@@ -45,8 +45,8 @@ class GoalView(BaseModel):
 class BeliefView(BaseModel):
     """A belief, likeliest goal first.
 
-    `entropy` is in nats. `set_90` holds the true goal in 90 % of dialogues; it is null where the
-    calibration says nothing of that. `degenerate`: no goal explains what was said.
+    `entropy` is in nats. `set_90` holds the true goal in 90 % of dialogues; it is null if the
+    calibration gives no such set. `degenerate`: no goal explains what was said.
     """
 
     goals: list[GoalView]
@@ -93,7 +93,7 @@ class ChangeView(BaseModel):
 
 
 class ActionView(BaseModel):
-    """What was tried, and what came of it."""
+    """An action and its result."""
 
     text: str
     ok: bool
@@ -102,7 +102,7 @@ class ActionView(BaseModel):
 
     @property
     def is_look_up(self) -> bool:
-        """Whether it only told something, and at length."""
+        """Whether it only returned information, of several lines."""
         return self.ok and not self.irreversible and "\n" in self.observation
 
     @classmethod
@@ -117,9 +117,10 @@ class ActionView(BaseModel):
 
 
 class RoundView(BaseModel):
-    """One round: what was said, believed and done. `state` names the state after it.
+    """One round: what was said, believed and done.
 
-    `belief_note` is told beside the belief, and `notes` below what was done.
+    `state` is the fingerprint of the state after it. The page shows `belief_note` beside the
+    belief, and `notes` below the actions.
     """
 
     number: int
@@ -157,7 +158,7 @@ class RoundView(BaseModel):
 
 
 class EpisodeView(BaseModel):
-    """What is known of an episode besides its rounds."""
+    """An episode without its rounds."""
 
     id: str
     created: str
@@ -173,7 +174,7 @@ class EpisodeView(BaseModel):
 
     @classmethod
     def of(cls, info: EpisodeInfo, *, mine: bool) -> EpisodeView:
-        """The view of an episode, as one person sees it."""
+        """The view of an episode for one visitor."""
         return cls.model_validate({**asdict(info), "model": model_shown(info.model), "mine": mine})
 
 
@@ -187,14 +188,14 @@ class StoredEpisode(BaseModel):
     def of(
         cls, info: EpisodeInfo, rounds: Sequence[episodes.Round], *, mine: bool
     ) -> StoredEpisode:
-        """The view of an episode, as one person sees it."""
+        """The view of an episode for one visitor."""
         return StoredEpisode(
             episode=EpisodeView.of(info, mine=mine), rounds=[RoundView.of(each) for each in rounds]
         )
 
 
 class Confirm(BaseModel):
-    """What nobody can undo waits until exactly this state is confirmed.
+    """An irreversible action that waits until exactly this state is confirmed.
 
     `yes` and `no` are the words that answer the question.
     """
@@ -207,7 +208,7 @@ class Confirm(BaseModel):
 
     @classmethod
     def of(cls, round: episodes.Round) -> Confirm:
-        """What is asked after a round."""
+        """The confirmation that a round asks for."""
         return cls(
             state=round.state,
             status=round.status,
@@ -218,22 +219,22 @@ class Confirm(BaseModel):
 
 
 class Live(BaseModel):
-    """How an episode stands that can go on.
+    """The live state of a running episode.
 
     Attributes:
-        version: Greater for what is newer; also after the server was started again.
+        version: Grows with each change, also over restarts of the server.
         phase: "idle" for the person's turn, "waiting" in the queue, "thinking".
-        place: How many are before one in the queue.
+        place: How many tasks are before this one in the queue.
         step: What the agent does now.
         draft: A question that it is writing; it writes several, and asks one of them.
-        query: What it asks; None while that is being made.
-        round: The number that the next utterance will have; 0 while the episode is being opened.
-        utterance: What was said and is being worked on, or could not be.
-        belief: As it is now, with the corrections.
-        changes: Corrections since the last round.
-        can_undo: Whether the newest of them can be taken back.
+        query: What it asks; None until that is known.
+        round: Number of the next utterance's round; 0 while the episode is being opened.
+        utterance: The words that the agent works on, or failed on.
+        belief: With the corrections since the last round.
+        changes: These corrections.
+        can_undo: Whether the newest of them can be undone.
         confirm: What waits for a confirmation.
-        completion_phrase: What one says to end the task.
+        completion_phrase: Words that end the task.
         error: Why the last attempt failed.
     """
 
@@ -254,7 +255,7 @@ class Live(BaseModel):
 
 
 class TrackerView(BaseModel):
-    """How a tracking session stands after `turn` turns.
+    """A tracking session after `turn` turns.
 
     `advice` says what to do next: "act" on the likeliest goal, "ask" the person, or "propose"
     goals, since none of these explains the words; `because` says why. Both are null where the
@@ -300,5 +301,5 @@ class Why(BaseModel):
 
     @classmethod
     def of(cls, goal: Goal, reasons: Sequence[Reason]) -> Why:
-        """The view of what `goalscope.why` found."""
+        """The view of reasons from `goalscope.why`."""
         return cls(goal=goal.text, reasons=[*reasons])

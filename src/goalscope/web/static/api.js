@@ -1,5 +1,5 @@
 /**
- * What the server is asked.
+ * Requests to the server.
  *
  * @typedef {{text: string, probability: number, unspecified: boolean, pinned: boolean}} Goal
  * @typedef {{goals: Goal[], entropy: number, set_90: ?string[], degenerate: boolean}} Belief
@@ -17,7 +17,7 @@
  *   completion_phrase: string, draft: string, error: ?string}} Live
  */
 
-/** The server said no; the message says what to do. */
+/** The server's refusal; the message says what to do. */
 export class ApiError extends Error {
   /**
    * @param {string} message
@@ -52,7 +52,7 @@ function query(values) {
   return new URLSearchParams(given.map(([key, value]) => [key, String(value)])).toString();
 }
 
-/** The path of an episode, or of something of it. */
+/** The path of an episode, or of a resource below it. */
 export function pathOf(id, rest = "") {
   return `/api/episodes/${encodeURIComponent(id)}${rest}`;
 }
@@ -77,11 +77,11 @@ const FIRST_WAIT = 1000;
 const LONGEST_WAIT = 15000;
 
 /**
- * Hears of everything that happens to an episode, and connects again whenever that breaks off.
+ * Receives an episode's events, and reconnects whenever the connection is lost.
  * @param {string} id
  * @param {{live: (live: Live) => void, round: (round: Round) => void,
  *   ended: (episode: Episode) => void, connected: (yes: boolean) => void,
- *   refused: () => void}} handlers `refused`: the server was reached, and said no.
+ *   refused: () => void}} handlers `refused`: the server was reached, and refused.
  * @param {AbortSignal} signal Ends it.
  */
 export function listen(id, handlers, signal) {

@@ -1,4 +1,4 @@
-/** Which page is shown, by what stands behind the # of the address. */
+/** Shows the page that the address names behind its #. */
 
 import { api } from "./api.js";
 import { h } from "./dom.js";

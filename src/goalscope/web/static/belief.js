@@ -1,4 +1,4 @@
-/** The belief as bars that move, with what can be done about each goal. */
+/** The belief as moving bars, with details and corrections of each goal. */
 
 import { arrange, calm, freshId, h, nameOf, percent, setText, unseen } from "./dom.js";
 
@@ -15,7 +15,7 @@ const MOVE = { duration: 450, easing: "cubic-bezier(.2,.7,.2,1)" };
  */
 
 export class Bars {
-  /** @param {?((goal: string) => HTMLElement)} detailsOf What opens under a goal; null: nothing. */
+  /** @param {?((goal: string) => HTMLElement)} detailsOf The details under a goal; null for none. */
   constructor(detailsOf) {
     this.detailsOf = detailsOf;
     this.rows = new Map();
@@ -49,7 +49,7 @@ export class Bars {
     this.#slide(before);
   }
 
-  /** Closes the details that are open; says whether there were any. */
+  /** Closes the open details; returns whether there were any. */
   close() {
     if (!this.open) return false;
     const row = this.rows.get(this.open);
@@ -58,7 +58,7 @@ export class Bars {
     return true;
   }
 
-  /** Puts the focus on a goal; says whether it is there. */
+  /** Moves the focus to a goal; returns whether it exists. */
   focus(text) {
     const row = this.rows.get(text);
     row?.button.focus();
@@ -216,7 +216,7 @@ export function changeList(changes) {
   );
 }
 
-/** What is told of the goals that a round changed; nothing if it changed none. */
+/** The changes of goals in a round, with a heading; nothing if there are none. */
 export function changesOf(round) {
   return round?.changes.length ? [h("h3", {}, `What changed in round ${round.number}`), changeList(round.changes)] : [];
 }

@@ -4,7 +4,7 @@ import { arrange, h, setText, unseen } from "./dom.js";
 import { isKnown } from "./domains.js";
 import { actionList } from "./outcome.js";
 
-/** A log of exchanges; one that is under way becomes a round without being written anew. */
+/** A log of exchanges; the open one becomes a round without being rendered again. */
 export class Log {
   /** @param {string} domain */
   constructor(domain) {
@@ -48,13 +48,13 @@ export class Log {
     if (this.atEnd) this.scrollToEnd();
   }
 
-  /** Puts something below the last words; null takes it away. */
+  /** Puts an element below the last words; null removes it. */
   put(element) {
     this.after.replaceChildren(...(element ? [element] : []));
     this.scrollToEnd();
   }
 
-  /** To the end; of what was put below the last words so much as leaves these in view. */
+  /** Scrolls to the end, but keeps the last words in view above what was put below them. */
   scrollToEnd() {
     this.atEnd = true;
     this.element.scrollTop = this.element.scrollHeight;
@@ -69,7 +69,7 @@ export class Log {
     this.element.scrollTop = this.element.scrollHeight;
   }
 
-  /** Who had the last words in view keeps them there, whatever takes room below. */
+  /** Keeps the last words in view if they were, whatever takes room below. */
   #resized() {
     this.height = this.element.clientHeight;
     if (this.atEnd) this.scrollToEnd();
@@ -106,7 +106,7 @@ class Exchange {
     this.say(null, null);
   }
 
-  /** What is being written stands where the query will be. */
+  /** The draft stands where the query will be. */
   say(query, utterance, draft = "") {
     this.draft.show(query ? "" : draft);
     this.query.show(query);
@@ -146,7 +146,7 @@ function bubble(kind, who, attributes = {}) {
   };
 }
 
-/** Where the person writes. Enter sends, with Shift it begins a new line. */
+/** The input field. Enter sends, with Shift it begins a new line. */
 export class Composer {
   /** @param {(text: string) => void} send */
   constructor(send) {
@@ -178,13 +178,13 @@ export class Composer {
     );
   }
 
-  /** Whether the agent listens now. */
+  /** Whether the agent accepts words now. */
   setReady(ready) {
     this.ready = ready;
     this.#changed();
   }
 
-  /** Puts words into the field, to be changed or sent. */
+  /** Puts words into the field, to be edited or sent. */
   write(text) {
     this.input.value = text;
     this.#changed();

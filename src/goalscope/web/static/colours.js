@@ -1,6 +1,6 @@
-/** Which goal has which colour: a goal keeps its own as long as the episode is shown. */
+/** Colours of goals; a goal keeps its colour as long as the episode is shown. */
 
-/** How many colours style.css has, `.c0` and so on. */
+/** Number of goal colours in style.css: `.c0` and so on. */
 export const COLOURS = 9;
 
 /**

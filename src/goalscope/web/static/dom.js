@@ -1,9 +1,9 @@
-/** Elements, and how numbers and times are written. Text only ever becomes a text node. */
+/** Creates elements, and formats numbers and times. Text only ever becomes a text node. */
 
 const SVG = "http://www.w3.org/2000/svg";
 
 /**
- * An element. Attributes that are functions listen ("onclick"); null and false leave one out.
+ * An element. Functions become listeners ("onclick"); null and false omit an attribute.
  * @param {string} name
  * @param {Record<string, unknown>} attributes
  * @param {...(Node|string|null|undefined|false)} children
@@ -30,12 +30,12 @@ function filled(element, attributes, children) {
   return element;
 }
 
-/** Sets the text of an element, where it is another than before. */
+/** Sets the text of an element if it differs. */
 export function setText(element, text) {
   if (element.textContent !== text) element.textContent = text;
 }
 
-/** Puts children in this order into a parent; one that is in its place is not touched. */
+/** Arranges the children of a parent; one in its place is not touched. */
 export function arrange(parent, children) {
   children.forEach((child, place) => {
     if (parent.children[place] !== child) parent.insertBefore(child, parent.children[place] ?? null);
@@ -43,12 +43,12 @@ export function arrange(parent, children) {
   while (parent.children.length > children.length) parent.lastElementChild.remove();
 }
 
-/** Text that only a screen reader tells. */
+/** Text for screen readers only. */
 export function unseen(text) {
   return h("span", { class: "unseen" }, text);
 }
 
-/** How a goal is called: the one without words, "Unspecified" in files, says what it stands for. */
+/** The name of a goal; that of "Unspecified" says what it stands for. */
 export function nameOf(goal) {
   return goal.unspecified ? "None of these yet" : goal.text;
 }
@@ -71,7 +71,7 @@ export function count(number, noun) {
   return `${number} ${noun}${number === 1 ? "" : "s"}`;
 }
 
-/** A time as people here write it. */
+/** A time in the browser's locale. */
 export function localTime(iso) {
   const time = new Date(iso);
   return Number.isNaN(time.getTime())

@@ -1,4 +1,4 @@
-/** What each domain is, for a person; the server's own words are written for a model. */
+/** Descriptions of domains for people; the server's are written for a model. */
 
 const KNOWN = {
   grocery: {
@@ -15,17 +15,17 @@ const KNOWN = {
 const OWN = { about: null, state: "The state", empty: "Nothing was done yet." };
 const TRACKING = "tracking";
 
-/** Whether what is done there speaks for itself; elsewhere the action must be named, too. */
+/** Whether observations name their actions there; elsewhere the page names them, too. */
 export function isKnown(name) {
   return Object.hasOwn(KNOWN, name);
 }
 
-/** How the state after a round is called, and what is said of it while there is none. */
+/** What the state after a round is called, and shown as while it is empty. */
 export function stateOf(name) {
   return isKnown(name) ? KNOWN[name] : OWN;
 }
 
-/** Whether the agent acts there: another program's, whose user's goals are tracked, does not. */
+/** Whether the agent acts there: it does not where it tracks goals for another program. */
 export function acts(name) {
   return name !== TRACKING;
 }
@@ -41,7 +41,7 @@ export function domainOf(episode, options) {
   return found ?? { name: episode.domain, title: nameOfDomain(episode.domain), task: episode.task };
 }
 
-/** In a word or two; of a domain that is a file, the file's name. */
+/** A short name; for a domain in a file, the file's name. */
 export function nameOfDomain(name) {
   return acts(name) ? name.split(/[\\/]/).at(-1) : "goal tracking";
 }

@@ -86,7 +86,7 @@ class List {
     }
   }
 
-  /** The address finds the same page again. */
+  /** Keeps the search in the address. */
   #remember() {
     const search = new URLSearchParams();
     if (this.text) search.set("text", this.text);

@@ -1,4 +1,4 @@
-/** A belief that was inferred once, to show on the first page what there is to see. */
+/** An example of a belief for the first page; it was inferred once. */
 
 import { coloursOf } from "./colours.js";
 import { h } from "./dom.js";

@@ -1,4 +1,4 @@
-/** What was done, and what it led to: actions, the basket, the room, or how else things stand. */
+/** Actions and their outcome: the basket, the room, or another state. */
 
 import { pathOf } from "./api.js";
 import { count, h, setText, unseen } from "./dom.js";
@@ -6,7 +6,7 @@ import { acts, stateOf } from "./domains.js";
 import { statusSummary, statusView } from "./status.js";
 
 /**
- * The actions of a round, with what came of each; what was only looked up is folded.
+ * The actions of a round with their results; look-ups are folded.
  * @param {import("./api.js").Action[]} actions
  * @param {boolean} named Whether each action is named, also where it was done.
  */
@@ -48,15 +48,15 @@ function actionItem(action, named) {
   );
 }
 
-/** What an action that was done came to: a purchase first says so; else the last line does. */
+/** The result of an action in a line: the first of a purchase, else the last. */
 function told({ text, observation, irreversible }) {
   return observation.trim().split("\n").at(irreversible ? 0 : -1) || text;
 }
 
-/** Milliseconds in which one may cross out several items, or keep one after all. */
+/** Milliseconds to cross out further items, or to keep one after all. */
 const MOMENT = 1500;
 
-/** What stands in the end of a round: the basket, the room from above, or what a domain says. */
+/** The state after a round: the basket, the room from above, or a domain's status. */
 export class Outcome {
   /**
    * @param {import("./api.js").Episode} episode
@@ -89,12 +89,12 @@ export class Outcome {
     return [...this.body.querySelectorAll(".remove")];
   }
 
-  /** Whether items are crossed out that the agent was not yet told of. */
+  /** Whether items are crossed out that were not sent yet. */
   get marks() {
     return this.marked.size > 0;
   }
 
-  /** Whether the agent listens now; until then what is crossed out waits. */
+  /** Whether the agent accepts words now; until then crossed out items wait. */
   setReady(ready) {
     this.ready = ready;
     if (!ready) return;

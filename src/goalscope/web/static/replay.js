@@ -1,4 +1,4 @@
-/** Episodes that are stored, round by round: one, or two side by side. */
+/** Stored episodes, round by round: one, or two side by side. */
 
 import { api, pathOf } from "./api.js";
 import { Bars, changesOf } from "./belief.js";
@@ -106,7 +106,7 @@ class Slider {
     signal.addEventListener("abort", () => this.#stop());
   }
 
-  /** @param {(number: number) => void} told Hears of each round that is to be shown. */
+  /** @param {(number: number) => void} told Called with each round to show. */
   follow(told) {
     this.told = told;
     this.#tell();

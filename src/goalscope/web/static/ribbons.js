@@ -16,9 +16,9 @@ const CHARACTER = 6.6;
  * @typedef {{text: string, unspecified: boolean, values: number[]}} Series
  */
 
-/** A figure that draws itself anew when its width changes. */
+/** A figure that is redrawn when its width changes. */
 export class Ribbons {
-  /** @param {?((column: number) => void)} onSelect Told of a click on a column. */
+  /** @param {?((column: number) => void)} onSelect Called with the column that was clicked. */
   constructor(onSelect = null) {
     this.onSelect = onSelect;
     this.columns = [];
@@ -129,7 +129,7 @@ export class Ribbons {
   }
 }
 
-/** Of each goal that ever was, its probability in each column; "None of these yet" comes last. */
+/** The probabilities of each goal in each column; "None of these yet" comes last. */
 function seriesOf(columns) {
   const found = new Map();
   columns.forEach((column, place) => {

@@ -1,4 +1,4 @@
-/** What stands beside the chat: the belief, its history, and what came of it. */
+/** The panels beside the chat: the belief, its history, and the outcome. */
 
 import { Bars, changeList, changesOf } from "./belief.js";
 import { coloursOf } from "./colours.js";
@@ -85,17 +85,17 @@ export class Side {
     this.outcome.show(rounds.length, last?.status ?? "", itemsOf(rounds), Boolean(live));
   }
 
-  /** Closes the details that are open; says whether there were any. */
+  /** Closes the open details; returns whether there were any. */
   close() {
     return this.bars.close();
   }
 
-  /** Whether the agent listens now. */
+  /** Whether the agent accepts words now. */
   setReady(ready) {
     this.outcome.setReady(ready);
   }
 
-  /** Whether items of the basket are crossed out that the agent was not yet told of. */
+  /** Whether items of the basket are crossed out that were not sent yet. */
   get marks() {
     return this.outcome.marks;
   }
@@ -159,14 +159,14 @@ export class Side {
   }
 }
 
-/** What a screen reader tells when the belief has changed. */
+/** The announcement of a changed belief for screen readers. */
 function summaryOf(belief) {
   const first = belief?.goals[0];
   if (!first) return "";
   return `Likeliest now: ${nameOf(first)}, ${percent(first.probability)}.`;
 }
 
-/** On a phone: the belief in one line, which opens what stands beside the chat. */
+/** On a phone: the belief in one line, which opens the panels beside the chat. */
 export class Strip {
   /** @param {HTMLElement} side */
   constructor(side) {

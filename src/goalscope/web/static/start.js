@@ -1,4 +1,4 @@
-/** The first page: what to talk about. */
+/** The first page: choose a domain and begin. */
 
 import { api } from "./api.js";
 import { count, h, localTime } from "./dom.js";

@@ -1,4 +1,4 @@
-/** What an environment says of how it stands: the basket as a table, anything else as a list. */
+/** The status of an environment: the basket as a table, anything else as a list. */
 
 import { h, unseen } from "./dom.js";
 
@@ -8,13 +8,13 @@ const MOVED = /^(?:add|remove) item: (.*?)(?: x\d+)?$/;
 const GUESSED = "Guessed, not asked for: ";
 const TOTAL = /^Total: (.*)$/;
 
-/** Whether a status tells of a basket with something in it. */
+/** Whether a status is a basket with items in it. */
 function isBasket(lines) {
   return lines.some((line) => ITEM.test(line));
 }
 
 /**
- * What was ever put into the basket: of each item, whether it was guessed, and not asked for since.
+ * All items ever put into the basket, each with whether it was guessed and not asked for since.
  * @param {import("./api.js").Round[]} rounds
  * @returns {Map<string, boolean>}
  */
@@ -124,7 +124,7 @@ function isBought(lines) {
   return lines[0] === "Purchased:";
 }
 
-/** In a few words, for where there is no room: the total. */
+/** The total in a few words, where there is little room. */
 export function statusSummary(status) {
   const lines = status.split("\n");
   const total = lines.map((line) => TOTAL.exec(line)).find(Boolean)?.[1];

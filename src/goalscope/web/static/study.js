@@ -12,10 +12,10 @@ const main = document.getElementById("main");
 let study = null;
 let shown = 0;
 const keepers = new Map();
-/** Ends what the page before has begun. */
+/** Cleans up after the previous page. */
 let leave = () => {};
 
-/** A line that tells how things stand, and the function that has it do so. */
+/** A status line, and functions that set it. */
 function statusLine() {
   const line = h("p", { class: "status", role: "status" });
   const tell = (text, kind = "") => {
@@ -231,7 +231,7 @@ function ratingField(rating, words, checked) {
   );
 }
 
-/** How many have an answer, and the function that tells it anew. */
+/** The progress bar, and a function that updates it. */
 function progress() {
   const bar = h("progress", { max: study.answered.length, "aria-label": "Answered" });
   const label = h("span", { class: "soft small" });
@@ -284,7 +284,7 @@ function end() {
   );
 }
 
-/** What is being written, kept in this tab alone until the server has it. */
+/** The draft of an answer, kept in this tab until the server has it. */
 function drafts(place) {
   const key = `${location.pathname}${location.search}#${place}`;
   const guarded = (work) => {

@@ -1,5 +1,5 @@
 /**
- * What the server of a study is asked, again and again until it has answered.
+ * Requests to the server of a study, repeated until it answers.
  *
  * @typedef {{rating: ?number, explanation: string, revision: number}} Answer
  * @typedef {{task: string, possible: string[], profile: string, outcome: string,
@@ -12,7 +12,7 @@ const PATH = `/api/studies/${location.pathname.split("/")[2]}`;
 const FIRST_WAIT = 1000;
 const LONGEST_WAIT = 15000;
 
-/** The server said no; the message says why. */
+/** The server's refusal; the message says why. */
 export class RefusedError extends Error {
   constructor(message, status) {
     super(message);
@@ -20,7 +20,7 @@ export class RefusedError extends Error {
   }
 }
 
-/** The same question has another answer, from another window; the message tells which. */
+/** The question was answered in another window; the message quotes that answer. */
 export class ElsewhereError extends Error {}
 
 async function ask(method, path, body, waiting = () => {}) {
@@ -52,13 +52,13 @@ export const api = {
   item: (place, waiting) => ask("GET", `/items/${place}`, undefined, waiting),
 };
 
-/** Whether two answers say the same. */
+/** Whether two answers are equal. */
 export function same(one, other) {
   return one.rating === other.rating && one.explanation === other.explanation;
 }
 
 /**
- * Has the server keep the answers to one question, one after the other. Each request may arrive
+ * Saves the answers to one question, one after the other. Each request may arrive
  * twice without harm, as it bears its revision.
  */
 export class Keeper {
@@ -111,7 +111,7 @@ export class Keeper {
     }
   }
 
-  /** There is another answer: one of ours, whose receipt was lost, or one from elsewhere. */
+  /** Finds out whether the saved answer is ours, with a lost reply, or another window's. */
   async #learn(waiting) {
     this.know((await api.item(this.#place, waiting)).answer);
     if (this.#sent.some((mine) => same(mine, this.saved))) return;
@@ -120,7 +120,7 @@ export class Keeper {
   }
 }
 
-/** How somebody is told that the server has another answer than the one they see. */
+/** The message that another answer is saved than the one shown. */
 export function otherwise({ rating, explanation }) {
   return `Another answer is saved: ${rating}, \u201c${explanation}\u201d. Saving this one replaces it.`;
 }

@@ -1,4 +1,4 @@
-/** A conversation that goes on: the chat, the belief beside it, and what came of it. */
+/** A running conversation: the chat, the belief, and the outcome. */
 
 import { api, listen } from "./api.js";
 import { Composer, Log } from "./chat.js";
@@ -93,7 +93,7 @@ class Talk {
     this.update({ rounds: [...rounds, round].sort((a, b) => a.number - b.number) });
   }
 
-  /** Takes over how the server says it stands; where it cannot be reached, the status says so. */
+  /** Reloads the state from the server; if that fails, the status line says so. */
   async reload() {
     const found = await api.episode(this.id).catch(() => null);
     if (found) this.update(found);
@@ -106,7 +106,7 @@ class Talk {
     this.render();
   }
 
-  /** Whether newer news was here first, or the episode has ended since. */
+  /** Whether a newer state came first, or the episode has ended. */
   #isOld(live) {
     return !this.state.live || live.version < this.state.live.version;
   }
@@ -121,7 +121,7 @@ class Talk {
       this.#live(await api.say(this.id, said));
     } catch (error) {
       this.pending = null;
-      this.failed = confirmed ? null : text; // what is confirmed must be looked at anew
+      this.failed = confirmed ? null : text; // a confirmation is not repeated unseen
       this.#tell(error.message);
       if (error.status === 409) this.reload();
     }

@@ -1,4 +1,4 @@
-/** Why a goal is likely, and what the person can say of it. */
+/** The reasons for a goal, and corrections of it. */
 
 import { api } from "./api.js";
 import { h, percent, signed } from "./dom.js";
@@ -11,7 +11,7 @@ const COLUMNS = [
 ];
 
 /**
- * What opens under a goal.
+ * The details under a goal.
  * @param {{id: string, goal: import("./api.js").Goal, round: ?number, weighs: boolean,
  *   goesOn: boolean, correct: ?((kind: string, text?: string) => Promise<void>)}} of
  *   `round`: after which it is asked, null if the goal was not there yet; `weighs`: whether the

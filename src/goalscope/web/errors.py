@@ -1,0 +1,68 @@
+"""Error answers: each is a sentence that says what is wrong and what to do."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from fastapi import Request
+from fastapi.exceptions import RequestValidationError
+from fastapi.responses import JSONResponse
+from pydantic import BaseModel, ConfigDict
+from starlette.exceptions import HTTPException
+
+from goalscope.types import ConflictError, InvalidInputError
+
+__all__ = ["ErrorBody", "RequestBody", "error_response"]
+
+EXPLANATIONS = {
+    400: "The body cannot be read. Send a JSON object in UTF-8.",
+    404: "There is nothing at this address. /api/openapi.json lists all addresses.",
+    405: "This address does not take that method. /api/openapi.json lists the methods it takes.",
+}
+"""Replace what the libraries below say in a word or two."""
+
+
+class RequestBody(BaseModel):
+    """Base of request bodies. An unknown field is an error: a typo must not mean the default."""
+
+    model_config = ConfigDict(extra="forbid")
+
+
+class ErrorBody(BaseModel):
+    """Why a request failed, in a sentence that says what to do."""
+
+    error: str
+
+
+async def error_response(request: Request, error: Exception) -> JSONResponse:
+    """The answer to a request that failed with this error."""
+    if isinstance(error, HTTPException):
+        detail = error.detail
+        if not detail.endswith("."):
+            detail = EXPLANATIONS.get(error.status_code, detail)
+        return JSONResponse({"error": detail}, error.status_code, error.headers)
+    if isinstance(error, RequestValidationError):
+        return JSONResponse({"error": _explain(request, error.errors())}, 422)
+    conflict = isinstance(error, ConflictError)
+    status = 409 if conflict else 400 if isinstance(error, InvalidInputError) else 503
+    return JSONResponse({"error": str(error)}, status)
+
+
+def _explain(request: Request, faults: Any) -> str:
+    """What is wrong with a request, and what it takes instead; unknown fields come first."""
+    fault = next((each for each in faults if each["type"] == "extra_forbidden"), faults[0])
+    place, *path = fault["loc"]
+    name, kind = ".".join(map(str, path)), fault["type"]
+    if place != "body":
+        return f"{name} is missing." if kind == "missing" else f"{name}: {fault['msg']}."
+    body: type[BaseModel] = request.scope["route"].body_field.field_info.annotation
+    takes = f"It takes {', '.join(body.model_fields)}."
+    if kind == "json_invalid":
+        return f"The body is not JSON: {fault['ctx']['error']} at character {name}. {takes}"
+    if not path:
+        return f"The body must be a JSON object, sent as application/json. {takes}"
+    if kind == "extra_forbidden":
+        return f"There is no field {name!r}. {takes}"
+    if kind == "missing":
+        return f"The field {name!r} is missing. {takes}"
+    return f"{name}: {fault['msg']}."
