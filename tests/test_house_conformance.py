@@ -14,7 +14,7 @@ from typing import Any
 
 import pytest
 
-from goalscope.envs.house.simulator.properties import PREDICATES
+from goalscope.envs.house.simulator.object_types import PREDICATES
 from goalscope.envs.house.simulator.scenes import load_scene
 from goalscope.types import InvalidInputError
 from houses import facts, house, named, run

@@ -14,9 +14,8 @@ import pytest
 from goalscope.envs.house.simulator.geometry import Box, box_of, vec
 from goalscope.envs.house.simulator.object_types import object_types
 from goalscope.envs.house.simulator.rooms import read_room
-from goalscope.envs.house.simulator.scene import Scene
 from goalscope.envs.house.simulator.scenes import load_scene
-from goalscope.envs.house.simulator.state import GRID, REACH, State
+from goalscope.envs.house.simulator.state import GRID, REACH, Scene, State
 from goalscope.envs.house.simulator.world import House
 from goalscope.types import InvalidInputError
 

@@ -14,9 +14,14 @@ from typing import Any
 import pytest
 
 from goalscope.envs.house.simulator import scenes
-from goalscope.envs.house.simulator.scene import Scene
-from goalscope.envs.house.simulator.scenes import import_scene, known_scenes, load_scene, read_scene
-from goalscope.envs.house.simulator.state import State
+from goalscope.envs.house.simulator.scenes import (
+    import_scene,
+    known_scenes,
+    load_scene,
+    read_scene,
+    scene_from_metadata,
+)
+from goalscope.envs.house.simulator.state import Scene, State
 from goalscope.envs.house.simulator.world import House
 from goalscope.types import InvalidInputError
 
@@ -46,7 +51,7 @@ def metadata(**book: Any) -> dict[str, Any]:
 
 
 def read(data: Any) -> Scene:
-    return Scene.from_metadata(data, label="room")
+    return scene_from_metadata(data, label="room")
 
 
 def save(path: Path, data: Any) -> Path:
@@ -82,7 +87,7 @@ def test_metadata_becomes_a_scene() -> None:
 
 def test_objects_by_id_are_a_scene_too() -> None:
     table = {each["objectId"]: each for each in metadata()["objects"]}
-    scene = Scene.from_metadata(table, label="room", name="Mine")
+    scene = scene_from_metadata(table, label="room", name="Mine")
     assert (scene.name, scene.agent) == ("Mine", None)
     assert [each["objectId"] for each in scene.objects] == list(table)
     assert State(scene).agent["position"]["y"] == pytest.approx(0.9)

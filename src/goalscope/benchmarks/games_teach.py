@@ -25,7 +25,7 @@ from typing import Any, Protocol
 from goalscope.benchmarks.rooms_teach import room_at_start, worlds
 from goalscope.datasets.files import Row, line_rows
 from goalscope.envs.house.simulator.object_types import object_type
-from goalscope.envs.house.simulator.scene import Scene
+from goalscope.envs.house.simulator.state import Scene
 from goalscope.types import InvalidInputError
 
 __all__ = ["Asks", "Game", "Progress", "Talks", "boiling", "play", "progress", "read_games"]

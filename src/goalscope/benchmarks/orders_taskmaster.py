@@ -11,7 +11,7 @@ import json
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Protocol, cast
+from typing import cast
 
 from goalscope.datasets.case import OPENING, turns_of
 from goalscope.datasets.files import Row, line_rows
@@ -47,13 +47,14 @@ class Verbatim:
         return Reading((Order("add", message),))
 
 
-class Counter(Environment, Protocol):
-    """An environment that takes orders."""
+class Counter(Environment):
+    """An environment that takes orders.
 
-    @property
-    def cups(self) -> Sequence[str]:
-        """What was ordered, each as "latte, decaf, oat milk"."""
-        ...
+    Attributes:
+        cups: What was ordered, each as "latte, decaf, oat milk".
+    """
+
+    cups: Sequence[str]
 
 
 @dataclass(frozen=True, slots=True)

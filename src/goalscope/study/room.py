@@ -9,8 +9,7 @@ from typing import Any
 from goalscope.domains import Settings, open_environment
 from goalscope.envs.house import HomeRobot
 from goalscope.envs.house.finding import kinds_in
-from goalscope.envs.house.names import readable, the
-from goalscope.envs.house.view import View
+from goalscope.envs.house.view import View, readable, the
 from goalscope.episode import Round
 from goalscope.policy import undo
 from goalscope.types import GoalscopeError, Profile

@@ -9,7 +9,7 @@ from typing import Any
 
 import pytest
 
-from goalscope.envs.house.conditions import conditions_met, load_profiles
+from goalscope.envs.house.profiles import checks_met, load_profiles
 from goalscope.envs.house.simulator.object_types import object_types
 from goalscope.envs.house.simulator.scenes import load_scene
 from goalscope.envs.house.simulator.world import House
@@ -97,12 +97,12 @@ HOME = [
     ],
 )
 def test_checks_mean_what_the_documentation_says(check: dict[str, Any], *, met: bool) -> None:
-    assert conditions_met([check], HOME) == [met]
+    assert checks_met([check], HOME) == [met]
 
 
 def test_an_object_in_the_hand_is_in_nothing() -> None:
     objects = [thing("Apple1"), thing("Fridge1")]
-    assert conditions_met([{"object": "Apple", "in": "Fridge"}], objects) == [False]
+    assert checks_met([{"object": "Apple", "in": "Fridge"}], objects) == [False]
 
 
 @pytest.mark.parametrize(
@@ -190,7 +190,7 @@ def test_the_five_tasks_of_the_paper_are_there() -> None:
 
 @pytest.mark.parametrize("profile", PROFILES, ids=lambda profile: profile.name)
 def test_at_the_start_only_the_donts_are_met(profile: Profile) -> None:
-    met = conditions_met(profile.checks, load_scene(profile.scene).objects)
+    met = checks_met(profile.checks, load_scene(profile.scene).objects)
     assert met == ["no" in check for check in profile.checks]
     assert not all(met)
 
@@ -250,7 +250,7 @@ def finished(profile: Profile) -> list[dict[str, Any]]:
 
 @pytest.mark.parametrize("profile", PROFILES, ids=lambda profile: profile.name)
 def test_the_finished_state_meets_all(profile: Profile) -> None:
-    assert all(conditions_met(profile.checks, finished(profile)))
+    assert all(checks_met(profile.checks, finished(profile)))
 
 
 @pytest.mark.parametrize("profile", PROFILES, ids=lambda profile: profile.name)
@@ -269,7 +269,7 @@ def test_each_dont_can_be_broken(profile: Profile) -> None:
             holder = next(each for each in objects if each["objectType"] == place)
             spoilt["parentReceptacles"] = [holder["objectId"]]
         spoilt.update({key: check[key] for key in check if key.startswith("is")})
-        met = conditions_met(profile.checks, objects)
+        met = checks_met(profile.checks, objects)
         assert not met[number]
 
 
@@ -300,5 +300,5 @@ def test_the_robot_of_the_house_can_reach_the_goal_without_force(profile: Profil
                 take("PutObject", target["objectId"])
     for each in closed:
         take("CloseObject", each["objectId"], forceAction=True)
-    met = conditions_met(profile.checks, house.metadata()["objects"])
+    met = checks_met(profile.checks, house.metadata()["objects"])
     assert all(met), profile.checks[met.index(False)]
