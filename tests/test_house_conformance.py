@@ -178,12 +178,6 @@ def test_counts_add_up_over_episodes_and_are_written_for_machines(tmp_path: Path
     assert written["examples"][0].endswith("isToggled -> True")
 
 
-def test_examples_are_the_first_fifty() -> None:
-    agreement = Agreement()
-    agreement.count("Pass", {(f"Cup{n}", "isDirty", True) for n in range(80)}, set())
-    assert (len(agreement.examples), agreement.missed.total()) == (50, 80)
-
-
 def test_without_steps_nothing_disagrees() -> None:
     assert (Agreement().success_agreement, Agreement().f1) == (1.0, 1.0)
 

@@ -10,7 +10,6 @@ from typing import Any
 import pytest
 
 from goalscope.envs.house.profiles import checks_met, load_profiles
-from goalscope.envs.house.simulator.object_types import object_types
 from goalscope.envs.house.simulator.scenes import load_scene
 from goalscope.envs.house.simulator.world import House
 from goalscope.types import InvalidInputError, Profile
@@ -149,9 +148,6 @@ def test_a_wrong_file_is_refused_with_place_and_remedy(
     [
         GOOD.replace("Apple", "A" * 10_000_000),
         GOOD.replace("Fridge", "A" * 10_000_000),
-        GOOD.replace('name = "a"', f'name = "{"A" * 10_000_000}"').replace("Apple", "x"),
-        GOOD.replace("in =", f"{'a' * 10_000_000} = 1, in ="),
-        GOOD.replace("in =", '"a\\u001b[31m\\n" = 1, in ='),
         GOOD.replace("Apple", "\\u001b[31m\\u202e\\n"),
         GOOD.replace('"Apple"', "[" * 5000 + "]" * 5000),
         GOOD.replace('"Apple"', f"0x{'f' * 10_000}"),
@@ -195,26 +191,6 @@ def test_at_the_start_only_the_donts_are_met(profile: Profile) -> None:
     assert not all(met)
 
 
-@pytest.mark.parametrize("profile", PROFILES, ids=lambda profile: profile.name)
-def test_the_goals_allow_what_ai2thor_allows(profile: Profile) -> None:
-    for check in profile.checks:
-        named = check.get("object", check.get("every", []))
-        places = check.get("in", check.get("on", []))
-        for kind in [named] if isinstance(named, str) else named:
-            for place in [places] if isinstance(places, str) else places:
-                assert place in object_types()[kind].places, (kind, place)
-
-
-@pytest.mark.parametrize("profile", PROFILES, ids=lambda profile: profile.name)
-def test_what_a_goal_names_is_in_its_scene(profile: Profile) -> None:
-    kinds = {each["objectType"] for each in load_scene(profile.scene).objects}
-    for check in profile.checks:
-        for key in ("object", "every", "in", "on"):
-            named = check.get(key, [])
-            missing = {named} - kinds if isinstance(named, str) else set(named) - kinds
-            assert not missing
-
-
 DONE: Mapping[str, list[tuple[str, str]]] = {
     "breakfast-sandwich": [
         ("Bread", "DiningTable"),
@@ -246,11 +222,6 @@ def finished(profile: Profile) -> list[dict[str, Any]]:
         if each["objectType"] == "Laptop":
             each["isOpen"] = each["isToggled"] = False
     return objects
-
-
-@pytest.mark.parametrize("profile", PROFILES, ids=lambda profile: profile.name)
-def test_the_finished_state_meets_all(profile: Profile) -> None:
-    assert all(checks_met(profile.checks, finished(profile)))
 
 
 @pytest.mark.parametrize("profile", PROFILES, ids=lambda profile: profile.name)

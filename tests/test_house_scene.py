@@ -318,13 +318,6 @@ def test_an_imported_scene_is_replaced_only_by_force(folder: Path, tmp_path: Pat
         import_scene(path, "Mine", force=True)
 
 
-def test_a_folder_that_is_not_there_is_empty(folder: Path) -> None:
-    assert not folder.exists()
-    assert list(known_scenes()) == OWN
-    with pytest.raises(InvalidInputError, match="There are: Bathroom1"):
-        load_scene("Mine")
-
-
 @pytest.mark.parametrize(("liquid", "known"), [("wine", "wine"), (None, None), ("milk", None)])
 def test_a_liquid_that_the_house_does_not_know_is_left_out_and_told(
     liquid: str | None, known: str | None
@@ -333,12 +326,6 @@ def test_a_liquid_that_the_house_does_not_know_is_left_out_and_told(
     assert (scene.objects[3]["fillLiquid"], scene.objects[3]["isFilledWithLiquid"]) == (known, True)
     told = "The house knows no milk: what holds it counts as filled."
     assert scene.notes == ((told,) if liquid != known else ())
-
-
-@pytest.mark.parametrize("name", OWN)
-def test_our_own_scenes_load(name: str, folder: Path) -> None:
-    assert load_scene(name).name == name
-    assert not folder.exists()
 
 
 @pytest.mark.parametrize(
