@@ -30,9 +30,9 @@ from rich.console import Console
 from rich.progress import track
 from rich.table import Table
 
-from goalscope.envs.house.simulator.properties import PREDICATES
-from goalscope.envs.house.simulator.scene import Scene
-from goalscope.envs.house.simulator.state import by_id
+from goalscope.envs.house.simulator.object_types import PREDICATES
+from goalscope.envs.house.simulator.scenes import scene_from_metadata
+from goalscope.envs.house.simulator.state import Scene, by_id
 from goalscope.envs.house.simulator.world import House
 from goalscope.types import InvalidInputError, pluralize
 from teach_rooms import predicates, room_at_start, worlds
@@ -261,7 +261,7 @@ def compare_episode(path: Path, agreement: Agreement) -> None:
         action, metadata = row.get("action"), row.get("metadata")
         if not isinstance(action, dict) or not isinstance(metadata, dict):
             raise InvalidInputError(f"{label}: expected the keys 'action' and 'metadata'.")
-        after = Scene.from_metadata(metadata, label=label)
+        after = scene_from_metadata(metadata, label=label)
         given = cast("dict[str, Any]", action)
         name = str(given.get("action"))
         if before is not None and name not in _NEW_STARTS:

@@ -40,7 +40,7 @@ from goalscope.datasets import DATASETS, data_folder
 from goalscope.datasets.files import Row, line_rows
 from goalscope.envs.house import HomeRobot, HouseController
 from goalscope.envs.house.simulator.object_types import object_type
-from goalscope.envs.house.simulator.scene import Scene
+from goalscope.envs.house.simulator.state import Scene
 from goalscope.experiment.summary import Row as TableRow
 from goalscope.experiment.summary import Table, percent
 from goalscope.types import InvalidInputError

@@ -24,8 +24,8 @@ from typing import Any
 from rich.console import Console
 
 from goalscope.envs.house.simulator.controller import HouseController
-from goalscope.envs.house.simulator.scene import Scene
 from goalscope.envs.house.simulator.scenes import load_scene, read_scene
+from goalscope.envs.house.simulator.state import Scene
 from goalscope.models.tune import processor
 
 STEPS = 10_000

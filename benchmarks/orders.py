@@ -16,7 +16,7 @@ import json
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import asdict, dataclass
 from pathlib import Path
-from typing import Protocol, cast
+from typing import cast
 
 import typer
 
@@ -60,13 +60,14 @@ class Verbatim:
         return Reading((Order("add", message),))
 
 
-class Counter(Environment, Protocol):
-    """An environment that takes orders."""
+class Counter(Environment):
+    """An environment that takes orders.
 
-    @property
-    def cups(self) -> Sequence[str]:
-        """What was ordered, each as "latte, decaf, oat milk"."""
-        ...
+    Attributes:
+        cups: What was ordered, each as "latte, decaf, oat milk".
+    """
+
+    cups: Sequence[str]
 
 
 @dataclass(frozen=True, slots=True)

@@ -8,11 +8,10 @@ from pathlib import Path
 from typing import Any
 
 from goalscope.envs.house.simulator.geometry import moved
-from goalscope.envs.house.simulator.making import new_object
-from goalscope.envs.house.simulator.object_types import object_type
-from goalscope.envs.house.simulator.properties import PREDICATES
-from goalscope.envs.house.simulator.scene import Scene
+from goalscope.envs.house.simulator.object_types import PREDICATES, object_type
+from goalscope.envs.house.simulator.objects import new_object
 from goalscope.envs.house.simulator.scenes import load_scene, read_scene
+from goalscope.envs.house.simulator.state import Scene
 
 
 def worlds(scenes: Path | None) -> Callable[[str], Scene]:

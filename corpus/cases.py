@@ -25,7 +25,7 @@ from goalscope.datasets import Case, write_cases
 from goalscope.datasets.goal_sets import chance, draw
 from goalscope.dialog import FALLBACK, OPENING
 from goalscope.domains import Settings, open_environment
-from goalscope.envs.house.language import VERBS
+from goalscope.envs.house import HomeRobot
 from goalscope.models.embedding import embedded
 from goalscope.orders import orders_from_text
 from goalscope.types import Turn
@@ -88,7 +88,7 @@ def later(
             yield rng.choice(THINGS).format(" and ".join(rest[:count]))
             rest = rest[count:]
         else:
-            (order,) = orders_from_text(rest.pop(0), VERBS)
+            (order,) = orders_from_text(rest.pop(0), HomeRobot.verbs)
             where = f" at the {order.where}" if order.where else ""
             yield rng.choice(ACTS).format(f"{order.do} the {order.what}{where}")
 

@@ -6,7 +6,7 @@ python docs/house_picture.py
 from pathlib import Path
 
 from goalscope.envs.house import HomeRobot, HouseController
-from goalscope.envs.house.picture.svg import svg_picture
+from goalscope.envs.house.picture import svg_picture
 from goalscope.types import Action
 
 ACTIONS = (

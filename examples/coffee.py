@@ -38,7 +38,6 @@ class CoffeeCounter(Environment):
     """The cups that were ordered, the newest first, each as "latte, decaf, oat milk"."""
 
     task = "The agent takes the human's order at a coffee counter."
-    completion_phrase = "That is all"
     verbs, examples, cups = VERBS, EXAMPLES, ()
 
     def reset(self):
@@ -84,9 +83,6 @@ class CoffeeCounter(Environment):
         swapped = [Action("add", cup_of(new or old, *kept, *more), count)]
         gone = drink and not (new or more)
         return Resolution((Action("remove", cup, count), *([] if gone else swapped)))
-
-    def checks_met(self, profile):
-        return [{*self.cups} == {*check["cups"]} for check in profile.checks]
 
 
 def named(said, pick):

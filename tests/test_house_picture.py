@@ -1,6 +1,4 @@
 import copy
-import gzip
-import json
 import os
 import xml.etree.ElementTree as ET
 from pathlib import Path
@@ -8,44 +6,34 @@ from typing import Any
 
 import pytest
 
-from goalscope.envs.house.picture.floor_plan import Plan, floor_plan
-from goalscope.envs.house.picture.svg import svg_picture
-from goalscope.envs.house.simulator.object_types import object_types
+from goalscope.envs.house.floor_plan import Plan, floor_plan
+from goalscope.envs.house.picture import svg_picture
+from goalscope.envs.house.simulator.object_types import object_type, object_types
+from goalscope.envs.house.simulator.objects import new_object
+from goalscope.envs.house.simulator.scenes import read_scene
+from goalscope.envs.house.simulator.world import House
 from houses import do, house
 
 SVG = "{http://www.w3.org/2000/svg}"
 
 
 def thing(kind: str, x: float, z: float, size: float = 0.1, depth: float = 0.0, **more: Any) -> Any:
-    return {
-        "objectId": f"{kind}|{x:+06.2f}|+00.90|{z:+06.2f}",
-        "objectType": kind,
-        "position": {"x": x, "y": 0.9, "z": z},
-        "pickupable": size < 0.3,
-        "axisAlignedBoundingBox": {
-            "center": {"x": x, "y": 0.5, "z": z},
-            "size": {"x": size, "y": 1.0, "z": depth or size},
-        },
-    } | more
+    """AI2-THOR's metadata of a box that is 1 m high."""
+    return new_object(object_type(kind), (x, 0.0, z), (size, 1.0, depth or size), 0.0) | more
 
 
 def room() -> dict[str, Any]:
-    table = thing("DiningTable", 1.0, 1.0, 1.0, 0.8, receptacle=True)
-    fridge = thing("Fridge", -1.5, 1.5, 0.8, receptacle=True, openable=True, isOpen=False)
-    cabinets = [
-        thing("Cabinet", 0.5 * number, -1.8, 0.4, receptacle=True, openable=True)
-        for number in range(3)
-    ]
+    table = thing("DiningTable", 1.0, 1.0, 1.0, 0.8)
+    fridge = thing("Fridge", -1.5, 1.5, 0.8)
+    cabinets = [thing("Cabinet", 0.5 * number, -1.8, 0.4) for number in range(3)]
     mug = thing("Mug", 1.2, 1.0, parentReceptacles=[table["objectId"]])
     egg = thing("Egg", -1.5, 1.5, parentReceptacles=[fridge["objectId"]])
     return {
         "sceneName": "FloorPlan1_physics",
-        "objects": [
-            thing("Floor", 0.0, 0.0, 4.0, receptacle=True), table, fridge, mug, egg, *cabinets
-        ],
+        "objects": [thing("Floor", 0.0, 0.0, 4.0), table, fridge, mug, egg, *cabinets],
         "agent": {"position": {"x": 0.0, "y": 0.9, "z": 0.0}, "rotation": {"y": 90.0}},
         "inventoryObjects": [],
-    }  # fmt: skip
+    }
 
 
 def find(metadata: dict[str, Any], kind: str) -> dict[str, Any]:
@@ -81,7 +69,7 @@ def test_turned_furniture_has_turned_corners() -> None:
 def test_counter_around_a_corner_leaves_the_floor_free() -> None:
     metadata = room()
     metadata["objects"] += [
-        thing("CounterTop", 0.0, 0.0, 3.8, receptacle=True),
+        thing("CounterTop", 0.0, 0.0, 3.8),
         thing("Sink", -1.6, 0.5, 0.4),
         thing("StoveBurner", 1.0, -1.6, 0.2),
     ]
@@ -93,7 +81,7 @@ def test_counter_around_a_corner_leaves_the_floor_free() -> None:
 
 def test_smallest_receptacle_holds_what_lies_in_several() -> None:
     metadata = room()
-    bowl = thing("Bowl", 1.0, 1.0, 0.2, receptacle=True)
+    bowl = thing("Bowl", 1.0, 1.0, 0.2)
     metadata["objects"].append(bowl)
     floor, table = find(metadata, "Floor"), find(metadata, "DiningTable")
     every = [floor["objectId"], table["objectId"], bowl["objectId"]]
@@ -133,10 +121,7 @@ def test_changes_are_told_and_marked() -> None:
         if "changed" in each.get("class", "").split()
     ]  # fmt: skip
     assert len(marked) == 1
-
-
-def test_nothing_changed_is_nothing_told() -> None:
-    assert floor_plan(room(), copy.deepcopy(room())).changes == ()
+    assert floor_plan(before, copy.deepcopy(before)).changes == ()
 
 
 HOSTILE = "</text><script>alert(1)</script>[red]\x1b[31m\u202e\x00\ufffe\ud800" + "X" * 10_000_000
@@ -157,27 +142,9 @@ def test_hostile_text_is_harmless() -> None:
         assert sign not in svg
 
 
-@pytest.mark.parametrize("bad", [None, "x", [], float("nan"), float("inf"), -1e300, 10**400, True])
-def test_values_of_wrong_kinds_do_no_harm(bad: object) -> None:
-    for key in find(room(), "Mug"):
-        if key == "objectId":
-            continue
-        metadata = room()
-        find(metadata, "Mug")[key] = bad
-        ET.fromstring(svg_picture(metadata))
-    for axis in "xyz":
-        metadata = room()
-        find(metadata, "Mug")["position"][axis] = bad
-        find(metadata, "DiningTable")["axisAlignedBoundingBox"]["size"][axis] = bad
-        metadata["agent"]["position"][axis] = bad
-        ET.fromstring(svg_picture(metadata))
-    for key in room():
-        ET.fromstring(svg_picture(room() | {key: bad}))
-
-
 def test_objects_that_hold_each_other_are_drawn() -> None:
     metadata = room()
-    bowls = [thing("Bowl", x, 1.0, 0.2, receptacle=True) for x in (0.8, 1.2)]
+    bowls = [thing("Bowl", x, 1.0, 0.2) for x in (0.8, 1.2)]
     bowls[0]["parentReceptacles"] = [bowls[1]["objectId"]]
     bowls[1]["parentReceptacles"] = [bowls[0]["objectId"]]
     metadata["objects"] += bowls
@@ -262,12 +229,10 @@ def test_what_finds_no_room_on_the_map_is_told() -> None:
     assert boxes(svg)
 
 
-@pytest.mark.parametrize("number", [1, 2, 3, 18, 30, 201, 401])
+@pytest.mark.parametrize("number", [1, 201, 301, 401])
 def test_real_rooms_are_drawn(number: int) -> None:
     data = os.environ.get("GOALSCOPE_DATA")
     if not data:
         pytest.skip("GOALSCOPE_DATA is not set: there are no real scenes to draw")
     path = Path(data) / "thor" / "scenes" / f"FloorPlan{number}_physics.json.gz"
-    objects = list(json.loads(gzip.decompress(path.read_bytes())).values())
-    metadata = {"sceneName": path.name.partition(".")[0], "objects": objects, "agent": {}}
-    assert boxes(svg_picture(metadata))
+    assert boxes(svg_picture(House(read_scene(path)).metadata()))

@@ -14,9 +14,14 @@ from typing import Any
 import pytest
 
 from goalscope.envs.house.simulator import scenes
-from goalscope.envs.house.simulator.scene import Scene
-from goalscope.envs.house.simulator.scenes import import_scene, known_scenes, load_scene, read_scene
-from goalscope.envs.house.simulator.state import State
+from goalscope.envs.house.simulator.scenes import (
+    import_scene,
+    known_scenes,
+    load_scene,
+    read_scene,
+    scene_from_metadata,
+)
+from goalscope.envs.house.simulator.state import Scene, State
 from goalscope.envs.house.simulator.world import House
 from goalscope.types import InvalidInputError
 
@@ -46,7 +51,7 @@ def metadata(**book: Any) -> dict[str, Any]:
 
 
 def read(data: Any) -> Scene:
-    return Scene.from_metadata(data, label="room")
+    return scene_from_metadata(data, label="room")
 
 
 def save(path: Path, data: Any) -> Path:
@@ -82,7 +87,7 @@ def test_metadata_becomes_a_scene() -> None:
 
 def test_objects_by_id_are_a_scene_too() -> None:
     table = {each["objectId"]: each for each in metadata()["objects"]}
-    scene = Scene.from_metadata(table, label="room", name="Mine")
+    scene = scene_from_metadata(table, label="room", name="Mine")
     assert (scene.name, scene.agent) == ("Mine", None)
     assert [each["objectId"] for each in scene.objects] == list(table)
     assert State(scene).agent["position"]["y"] == pytest.approx(0.9)
@@ -313,13 +318,6 @@ def test_an_imported_scene_is_replaced_only_by_force(folder: Path, tmp_path: Pat
         import_scene(path, "Mine", force=True)
 
 
-def test_a_folder_that_is_not_there_is_empty(folder: Path) -> None:
-    assert not folder.exists()
-    assert list(known_scenes()) == OWN
-    with pytest.raises(InvalidInputError, match="There are: Bathroom1"):
-        load_scene("Mine")
-
-
 @pytest.mark.parametrize(("liquid", "known"), [("wine", "wine"), (None, None), ("milk", None)])
 def test_a_liquid_that_the_house_does_not_know_is_left_out_and_told(
     liquid: str | None, known: str | None
@@ -328,12 +326,6 @@ def test_a_liquid_that_the_house_does_not_know_is_left_out_and_told(
     assert (scene.objects[3]["fillLiquid"], scene.objects[3]["isFilledWithLiquid"]) == (known, True)
     told = "The house knows no milk: what holds it counts as filled."
     assert scene.notes == ((told,) if liquid != known else ())
-
-
-@pytest.mark.parametrize("name", OWN)
-def test_our_own_scenes_load(name: str, folder: Path) -> None:
-    assert load_scene(name).name == name
-    assert not folder.exists()
 
 
 @pytest.mark.parametrize(

@@ -167,9 +167,10 @@ def open_environment(settings: Settings, profile: Profile | None = None) -> Envi
     """The shop with its catalogue, the home robot in its scene or the profile's, or one's own."""
     if settings.domain not in get_args(Domain):
         found = _own(settings.domain).open_environment(profile)
-        if not hasattr(found, "step"):
+        if not isinstance(found, Environment):
             raise InvalidInputError(
-                f"{settings.domain}: open_environment returned {found!r}, and no environment."
+                f"{settings.domain}: open_environment returned {found!r}, and no "
+                "goalscope.envs.Environment."
             )
         for name in missing(found):
             raise InvalidInputError(

@@ -59,7 +59,7 @@ def possible_actions(domain: str) -> tuple[str, ...]:
     if domain == "grocery":
         from goalscope.envs.grocery.shop import NAMES
     else:
-        from goalscope.envs.house.offers import NAMES
+        from goalscope.envs.house.actions import NAMES
     return NAMES
 
 

@@ -21,7 +21,7 @@ from goalscope.dialog import ask
 from goalscope.envs import grocery, house
 from goalscope.envs.grocery import Catalogue, GroceryShop
 from goalscope.envs.grocery.profiles import checks_met
-from goalscope.envs.house.conditions import conditions_met
+from goalscope.envs.house.profiles import checks_met as conditions_met
 from goalscope.envs.house.simulator.scenes import read_scene
 from goalscope.envs.house.simulator.state import State
 from goalscope.experiment.reading import read_experiment

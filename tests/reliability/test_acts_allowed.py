@@ -12,7 +12,7 @@ from goalscope.envs import Environment
 from goalscope.envs.grocery import Catalogue, GroceryShop
 from goalscope.envs.grocery.search import Search
 from goalscope.envs.house import HomeRobot, HouseController
-from goalscope.envs.house.offers import NAMES
+from goalscope.envs.house.actions import NAMES
 from goalscope.policy import attempted
 from goalscope.types import Action
 from hostile import ORDERS

@@ -22,8 +22,9 @@ from goalscope.envs.grocery import load_profiles as shoppers
 from goalscope.envs.grocery.catalogue import Item
 from goalscope.envs.house import HomeRobot, HouseController
 from goalscope.envs.house import load_profiles as residents
-from goalscope.envs.house.simulator.properties import LASTING
-from goalscope.envs.house.simulator.scene import Scene
+from goalscope.envs.house.simulator.object_types import LASTING
+from goalscope.envs.house.simulator.scenes import scene_from_metadata
+from goalscope.envs.house.simulator.state import Scene
 from goalscope.models import Completion, Model
 from goalscope.models.opening import open_model
 from goalscope.types import InvalidInputError, Message
@@ -182,7 +183,7 @@ def room_with(names: list[str], scene: str = "Bathroom1") -> Scene | None:
         more["position"]["x"] += 0.01 * n
         metadata["objects"].append(more)
     try:
-        return Scene.from_metadata(metadata, label="room")
+        return scene_from_metadata(metadata, label="room")
     except InvalidInputError:
         return None
 

@@ -10,7 +10,7 @@ from test_acts_purchase import refuses
 
 from goalscope.agent import Agent
 from goalscope.envs.house import HomeRobot, HouseController
-from goalscope.envs.house.simulator.properties import LASTING
+from goalscope.envs.house.simulator.object_types import LASTING
 from goalscope.guards import CONFIRM
 from hostile import ORDERS, Hostile
 

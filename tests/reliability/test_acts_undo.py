@@ -14,8 +14,8 @@ from goalscope.envs import Environment
 from goalscope.envs.grocery import Catalogue, GroceryShop
 from goalscope.envs.grocery.search import Search
 from goalscope.envs.house import HomeRobot, HouseController
-from goalscope.envs.house.offers import NAMES
-from goalscope.envs.house.simulator.properties import LASTING, PREDICATES
+from goalscope.envs.house.actions import NAMES
+from goalscope.envs.house.simulator.object_types import LASTING, PREDICATES
 from goalscope.standing import Standing
 from goalscope.types import Action, GoalscopeError, StepResult
 

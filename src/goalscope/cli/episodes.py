@@ -387,7 +387,7 @@ def _drawing(env: Environment, file: Path | None) -> Callable[[], None]:
 
     if file is None or not isinstance(env, HomeRobot):
         return lambda: None
-    from goalscope.envs.house.picture.svg import svg_picture
+    from goalscope.envs.house.picture import svg_picture
 
     seen = env.metadata
 

@@ -48,8 +48,8 @@ def show(
     svg: Annotated[Path | None, typer.Option(help="Draw it into this file instead.")] = None,
 ) -> None:
     """Tell what is in a room, or draw it from above."""
-    from goalscope.envs.house.picture.floor_plan import floor_plan
-    from goalscope.envs.house.picture.svg import svg_picture, told
+    from goalscope.envs.house.floor_plan import floor_plan
+    from goalscope.envs.house.picture import svg_picture, told
     from goalscope.envs.house.simulator.controller import HouseController
 
     metadata = HouseController(scene).last_event.metadata

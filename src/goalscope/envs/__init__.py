@@ -4,14 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from typing import Protocol, cast
+from typing import cast
 
 from goalscope.occasions import Occasion
 from goalscope.orders import Example, Order, Verb
 from goalscope.standing import Standing
 from goalscope.types import Action, GoalscopeError, Profile, StepResult
 
-__all__ = ["GUESSED", "MAY_LACK", "SEARCH"]
+__all__ = ["GUESSED", "REQUIRED", "SEARCH"]
 __all__ += ["Environment", "Pick", "Resolution", "execute", "missing"]
 
 GUESSED = "Guessed, not asked for: "
@@ -20,26 +20,8 @@ GUESSED = "Guessed, not asked for: "
 SEARCH = "search inventory"
 """Name of the action that only looks something up, in every domain."""
 
-MAY_LACK = frozenset(
-    {
-        "examples",
-        "notes",
-        "close",
-        "fingerprint",
-        "lasting",
-        "actions",
-        "phrase",
-        "serving",
-        "kind",
-        "like",
-        "agreed",
-        "here",
-        "undo",
-        "answer",
-        "unwanted",
-    }
-)
-"""What a class that inherits from `Environment` may leave out."""
+REQUIRED = ("task", "verbs", "reset", "status", "step", "resolve", "offers")
+"""The members of `Environment` that have no default."""
 
 Pick = Callable[[str, Sequence[str]], str]
 """Which of some names a person's words mean, as the model finds; "" where it is none of them."""
@@ -50,8 +32,8 @@ class Resolution:
     """What an order comes to, here and now.
 
     Attributes:
-        actions: What does it, in order.
-        why: One sentence that says what of it cannot be done and why, or that it is so already;
+        actions: The actions that carry it out, in order.
+        why: One sentence that says which part cannot be done and why, or that it is so already;
             "" where the actions do all of it.
     """
 
@@ -59,48 +41,39 @@ class Resolution:
     why: str = ""
 
 
-class Environment(Protocol):
-    """A domain in which the agent acts.
+class Environment:
+    """A domain in which the agent acts; the members of `REQUIRED` are a domain's own.
 
-    A class that inherits from it may leave out what it has no use for of `MAY_LACK`. It declares
-    what can be asked for, and reads no words itself: orders come to it as they were understood.
+    It declares what can be asked for, and reads no words: orders come to it as they were
+    understood.
+
+    Attributes:
+        task: The agent and its task in one or two sentences, for prompts.
+        verbs: What can be asked for, besides the dialogue acts of `goalscope.orders`.
+        examples: Some readings, for a model that was not taught to read.
+        completion_phrase: What a person says to end the task.
+        notes: What a person should know about what was loaded, one sentence each.
+        agreed: Share of the occasions like what was said that must call for something before it is
+            done unasked.
     """
 
-    @property
-    def task(self) -> str:
-        """The agent and its task in one or two sentences, for prompts."""
-        ...
-
-    @property
-    def verbs(self) -> Sequence[Verb]:
-        """What can be asked for; besides, there are the dialogue acts of `goalscope.orders`."""
-        ...
-
-    @property
-    def examples(self) -> Sequence[Example]:
-        """Some readings, for a model that was not taught to read."""
-        return ()
-
-    @property
-    def completion_phrase(self) -> str:
-        """What a person says to end the task."""
-        ...
-
-    @property
-    def notes(self) -> Sequence[str]:
-        """What a person should know about what was loaded, one sentence each."""
-        return ()
+    task: str
+    verbs: Sequence[Verb]
+    examples: Sequence[Example] = ()
+    completion_phrase: str = "That is all"
+    notes: Sequence[str] = ()
+    agreed: float = 0.4
 
     def reset(self) -> None:
         """Go back to the start."""
-        ...
+        raise NotImplementedError
 
     def close(self) -> None:
-        """Let go of whatever runs behind it."""
+        """Stop whatever runs behind it."""
 
     def status(self) -> str:
         """The present state, for people and prompts."""
-        ...
+        raise NotImplementedError
 
     def fingerprint(self) -> str:
         """A text that is the same for the same state, and for no other."""
@@ -108,20 +81,20 @@ class Environment(Protocol):
 
     def step(self, action: Action) -> StepResult:
         """Take one action. An impossible one changes nothing and says why."""
-        ...
+        raise NotImplementedError
 
     def resolve(self, order: Order, standing: Standing, pick: Pick) -> Resolution:
         """What an order comes to: actions, or one sentence that says why not.
 
         The order is by a verb of the domain, or a limit ("avoid", "only", "budget", "leave"), for
-        which the actions mend what is against it.
+        which the actions undo what violates it.
 
         Args:
             order: What was asked for.
             standing: What holds, this order included.
             pick: Finds which of the names here is meant.
         """
-        ...
+        raise NotImplementedError
 
     def lasting(self, action: Action) -> bool:
         """Whether nobody could undo the action; by default, where its verb says so."""
@@ -129,12 +102,12 @@ class Environment(Protocol):
 
     def offers(self, text: str, limit: int) -> list[str]:
         """Generic names of things here that may serve `text`, nearest first."""
-        ...
+        raise NotImplementedError
 
     def actions(self, name: str, standing: Standing) -> list[Action]:
-        """What may be done with things of a generic name though nobody asked, best first.
+        """What may be done unasked with things of a generic name, best first.
 
-        What the person ruled out is not in it.
+        What the person ruled out is not among it.
         """
         return []
 
@@ -143,38 +116,33 @@ class Environment(Protocol):
         return str(action)
 
     def serving(self, need: str, standing: Standing) -> list[Action]:
-        """What does one thing that an aim calls for, such as "flour"; none where nothing does.
+        """The actions for one thing that an aim calls for, such as "flour"; none if there are none.
 
         Args:
-            need: As occasions and the writer have it (see `like`); by default, a generic name.
+            need: As occasions and the writer name it (see `like`); by default, a generic name.
             standing: What holds.
         """
         return self.actions(need, standing)[:1]
 
     def kind(self, action: Action) -> str:
-        """The same for actions of which one serves a need as well as another: a need, if any."""
+        """The same for actions that serve a need equally well: the need, if there is one."""
         return self.phrase(action)
 
     def like(self, text: str, most: int) -> list[Occasion]:
         """Occasions like what a text tells, nearest first, with needs that may be served here."""
         return []
 
-    @property
-    def agreed(self) -> float:
-        """Share of the occasions like what was said that must call for something to be done."""
-        return 0.4
-
     def here(self) -> str:
-        """What is here, in words, where what an aim calls for depends on it."""
+        """What is here, in words, if what an aim calls for depends on it."""
         return ""
 
     def undo(self, results: Sequence[StepResult], standing: Standing) -> Resolution | None:
-        """What brings back what some results changed, and a sentence on what nothing brings back.
+        """What reverses some results, and a sentence on what cannot be reversed.
 
-        None where nothing is undone here.
+        None if nothing can be undone here.
 
         Args:
-            results: What is to be undone: the last that was done.
+            results: The last that was done.
             standing: What holds without it.
         """
         return None
@@ -191,23 +159,20 @@ class Environment(Protocol):
 
     def checks_met(self, profile: Profile) -> list[bool]:
         """Which of the profile's checks the present state meets, in their order."""
-        ...
+        return []
 
     def unwanted(self, profile: Profile) -> list[str]:
         """Names of what came about that neither the profile's checks nor its `welcome` ask for."""
         return []
 
 
-def missing(env: object) -> list[str]:
-    """Names of what agents call, and `env` does not have."""
+def missing(env: Environment) -> list[str]:
+    """The members of `REQUIRED` that an environment lacks."""
     return [
         name
-        for name, stub in vars(Environment).items()
-        if not name.startswith("_")
-        and (
-            not hasattr(env, name)
-            or (name not in MAY_LACK and getattr(type(env), name, None) is stub)
-        )
+        for name in REQUIRED
+        if getattr(env, name, None) is None
+        or getattr(type(env), name, None) is vars(Environment).get(name, env)
     ]
 
 

@@ -27,6 +27,7 @@ def check_env(env: Environment, *, most: int = 40) -> None:
     Raises:
         GoalscopeError: A law is broken; the message says which, and by what.
     """
+    _hold(isinstance(cast("object", env), Environment), "it must inherit from `Environment`")
     for name in missing(env):
         raise _broken(f"`{name}` is missing")
     env.reset()

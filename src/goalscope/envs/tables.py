@@ -5,15 +5,17 @@ from __future__ import annotations
 import difflib
 import tomllib
 from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
+from importlib.resources import files
 from importlib.resources.abc import Traversable
 from pathlib import Path
 from reprlib import Repr
 from typing import Any, cast
 
+from goalscope.orders import Example
 from goalscope.types import InvalidInputError, Profile
 
-__all__ = ["is_list", "lists_of", "nearest", "read_profiles", "read_table", "refuse_unknown"]
-__all__ += ["shown"]
+__all__ = ["is_list", "lists_of", "nearest", "read_examples", "read_profiles", "read_table"]
+__all__ += ["refuse_unknown", "shown"]
 
 _REPR = Repr()
 _REPR.maxstring = _REPR.maxother = 80
@@ -101,6 +103,13 @@ def read_table(source: Path | Traversable, subject: str) -> dict[str, Any]:
         cause = str(error)
         cause = cause if len(cause) < 200 and cause.isprintable() else shown(cause)
         raise InvalidInputError(f"{subject} not valid TOML: {cause}.") from None
+
+
+def read_examples(package: str) -> tuple[Example, ...]:
+    """The readings in a package's `data/examples.toml`, for a model that was not taught to read."""
+    source = files(package) / "data" / "examples.toml"
+    rows = read_table(source, f"The examples of {package} are")["example"]
+    return tuple(Example(row["message"], row["orders"], row.get("question", "")) for row in rows)
 
 
 def read_profiles(

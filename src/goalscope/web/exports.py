@@ -164,7 +164,7 @@ def room_picture(info: EpisodeInfo, rounds: Sequence[Round]) -> str:
         InvalidInputError: There is no room in this domain.
     """
     from goalscope.envs.house import HomeRobot
-    from goalscope.envs.house.picture.svg import svg_picture
+    from goalscope.envs.house.picture import svg_picture
 
     settings = settings_of(info.settings)
     if info.domain != "house" or settings.simulator != "house":

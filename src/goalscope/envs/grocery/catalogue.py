@@ -3,14 +3,12 @@
 from __future__ import annotations
 
 import csv
-import hashlib
 import io
 import re
 import unicodedata
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from decimal import Decimal
-from functools import cached_property
 from importlib.resources import files
 from pathlib import Path
 
@@ -100,21 +98,12 @@ class Catalogue:
         """`amount` as people read it, such as "$4.50", or "no price"."""
         return "no price" if amount is None else f"{self.currency}{amount:,.2f}"
 
-    @cached_property
-    def fingerprint(self) -> str:
-        """Equal for catalogues with equal names and categories; the search index goes by it."""
-        digest = hashlib.sha256()
-        for item in self.items:
-            digest.update(f"{item.name}\n{item.category}\n".encode())
-        return digest.hexdigest()[:32]
-
     @classmethod
     def load(
         cls,
         path: Path | str | None = None,
         *,
         columns: Mapping[str, str] | None = None,
-        currency: str | None = None,
     ) -> Catalogue:
         """Read a CSV file with a heading row; commas, semicolons or tabs between the cells.
 
@@ -123,7 +112,6 @@ class Catalogue:
             columns: Which heading holds what, such as `{"name": "Title", "price": "Price"}`. The
                 keys are name, category, unit, price, tags, brand and currency; the ones left
                 out are found by their usual headings. Only a name is needed.
-            currency: Symbol to print before prices; otherwise the file's, otherwise "$".
 
         Raises:
             InvalidInputError: The file cannot be read, or has no heading for the names.
@@ -144,7 +132,7 @@ class Catalogue:
         rows = _rows(_decoded(raw, label), label)
         headings = next(rows, list[str]())
         where = _placed(headings, columns or {}, label)
-        return _collected(rows, where, currency, label)
+        return _collected(rows, where, label)
 
 
 def _decoded(raw: bytes, label: str) -> str:
@@ -207,10 +195,9 @@ def _placed(headings: list[str], columns: Mapping[str, str], label: str) -> dict
     return where
 
 
-def _collected(
-    rows: Iterable[list[str]], where: Mapping[str, int], currency: str | None, label: str
-) -> Catalogue:
+def _collected(rows: Iterable[list[str]], where: Mapping[str, int], label: str) -> Catalogue:
     items: list[Item] = []
+    currency = ""
     taken: set[str] = set()
     counts = {"nameless": 0, "ranges": 0, "unpriced": 0, "renamed": 0}
     for row in rows:
@@ -227,7 +214,7 @@ def _collected(
         taken.add(name)
         tags = frozenset(t for t in map(str.strip, cells.get("tags", "").lower().split(";")) if t)
         items.append(Item(len(items) + 1, name, cells.get("category", ""), unit, price, tags))
-        currency = currency or cells.get("currency")
+        currency = currency or cells.get("currency", "")
     if not items:
         raise InvalidInputError(f"The catalogue {label} holds no named rows. Check the file.")
     sentences = {

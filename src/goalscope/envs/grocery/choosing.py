@@ -1,29 +1,63 @@
-"""Which items of the shop a person's phrases and the agent's search terms mean."""
+"""Which items of the shop a phrase or a search term means, and how many of them."""
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterable, Sequence
+import math
+import re
+from collections.abc import Collection, Iterable, Mapping, Sequence
+from typing import Literal
 
-from goalscope.envs.grocery.bounds import Bounds
 from goalscope.envs.grocery.catalogue import Catalogue, Item
-from goalscope.envs.grocery.search import Search
-from goalscope.envs.grocery.synonyms import is_its_own, usual
+from goalscope.envs.grocery.dietary import Bounds
+from goalscope.envs.grocery.search import WORDS, Search
+from goalscope.orders import Order
 from goalscope.words import contains, head_nouns, singular, singulars, words
 
-__all__ = ["Choice", "called"]
+__all__ = ["MOST", "Choice", "packages"]
+
+MOST = 99
+"""Units of one item that a basket holds at most."""
 
 _PER_TERM = 5
 """Items offered for each search term."""
 
-_VAGUE = frozenset({
-    "food", "meal", "dinner", "lunch", "breakfast", "drink", "item", "thing", "stuff", "snack",
-    "grocery", "something", "anything", "everything", "fruit", "vegetable", "veggie", "dessert",
-    "ingredient", "one", "set",
-})  # fmt: skip
-"""Words too general to choose an item by."""
+_VAGUE = frozenset(WORDS["vague"].split())
+_OF_ITS_OWN = frozenset(WORDS["own"].split())
+_USUAL = {word: names.split(", ") for word, names in WORDS["usual"].items()}
 
 _DEPTH = 10
 """Best items of a search that count."""
+
+_NAMED = 5
+"""Items that an answer names at most."""
+
+_LABELLED = 2
+"""Most items of which an answer tells the labels."""
+
+_NEAR = 100
+"""Items among which an answer looks for a thing."""
+
+_GRAMS = {
+    **dict.fromkeys(("kg", "kilo", "kilogram", "kilogramme"), 1000.0),
+    **dict.fromkeys(("g", "gram", "gramme", "gr"), 1.0),
+    **dict.fromkeys(("lb", "pound"), 454.0),
+    **dict.fromkeys(("oz", "ounce"), 28.35),
+}
+_MILLILITRES = {
+    **dict.fromkeys(("l", "litre", "liter"), 1000.0),
+    **dict.fromkeys(("ml", "millilitre", "milliliter"), 1.0),
+    **dict.fromkeys(("cl", "centilitre", "centiliter"), 10.0),
+    **dict.fromkeys(("pint",), 473.0),
+    **dict.fromkeys(("quart",), 946.0),
+    **dict.fromkeys(("gal", "gallon"), 3785.0),
+}
+_PACKAGES = frozenset(
+    ("pack", "packet", "package", "pkg", "box", "bag", "carton", "case", "crate", "sixpack", "tray")
+)
+_SIZE = re.compile(rf"(\d+(?:\.\d+)?)\s*({'|'.join([*_GRAMS, *_MILLILITRES])})\b")
+_PIECES = re.compile(r"(\d+)\s*(?:ct|count|pack|pk|pcs|pieces)\b|.*, about (\d+)$")
+
+_Counted = Literal["packages", "pieces", "dozens", "grams", "millilitres"]
 
 
 class Choice:
@@ -31,6 +65,7 @@ class Choice:
 
     def __init__(self, catalogue: Catalogue, search: Search) -> None:
         """Choose among the items of `catalogue` with the help of its `search`."""
+        self._catalogue = catalogue
         self._names = {item.name.casefold(): item for item in catalogue.items}
         self._tags = {tag for item in catalogue.items for tag in item.tags}
         self._search = search
@@ -43,7 +78,7 @@ class Choice:
         exact = self._names.get(" ".join(phrase.casefold().split()))
         if exact and bounds.permits(exact):
             return exact
-        if is_vague(phrase):
+        if _is_vague(phrase):
             return None
         for text in dict.fromkeys((phrase, *self._nearly(phrase))):
             if found := self._meant(text, bounds, basket):
@@ -57,14 +92,14 @@ class Choice:
         names = dict.fromkeys((phrase, kind))
         others = (i for name in names for i in self._search.named(name) if bounds.permits(i))
         every = list(dict.fromkeys([*self._found(phrase, bounds), *others]))
-        if is_its_own(kind):
+        if _OF_ITS_OWN.intersection(singulars(kind)[-1:]):
             every = [*_headed(kind, every), *self.usually(kind, every)]
         plain = [item for item in every if not self._search.labels(item, phrase)]
-        named = called(phrase, every)
+        named = _called(phrase, every)
         meant = [item for item in named if item.name in basket]
-        usual_ones = self._usual(kind, diets, every if kind == phrase else named)
+        usual_ones = self._usual_kind(kind, diets, every if kind == phrase else named)
         labelled = bool(diets) and any(diets <= item.tags for item in named)
-        meant = meant or (not labelled and (usual_ones or called(phrase, plain))) or named
+        meant = meant or (not labelled and (usual_ones or _called(phrase, plain))) or named
 
         def unfit(item: Item) -> tuple[bool, bool, bool, tuple[int, ...]]:
             return (
@@ -79,18 +114,18 @@ class Choice:
     def held(self, phrase: str, items: Sequence[Item]) -> list[Item]:
         """Those of `items`, such as a basket's, that a phrase means."""
         for text in dict.fromkeys((phrase, *self._nearly(phrase))):
-            if found := called(text, items) or self.usually(text, items):
+            if found := _called(text, items) or self.usually(text, items):
                 return found
         return [item for item in items if singulars(item.category) == singulars(phrase)]
 
     def usually(self, phrase: str, items: Sequence[Item]) -> list[Item]:
         """Those of `items` that people mean by a bare word: cod, by "fish"."""
-        return next(filter(None, (called(each, items) for each in usual(phrase))), list[Item]())
+        return next(filter(None, (_called(each, items) for each in _usual(phrase))), list[Item]())
 
     def lacking(self, phrase: str, bounds: Bounds) -> str:
         """Why nothing can be added for a phrase."""
         item = self.meant(phrase, Bounds())
-        if is_vague(phrase):
+        if _is_vague(phrase):
             may = f'"{phrase}" may be many things. ' if phrase else ""
             return f"{may}Please name a thing."
         if item is None:
@@ -106,7 +141,7 @@ class Choice:
         already.
         """
         head = " ".join(words(term)[-1:])
-        if is_vague(head):
+        if _is_vague(head):
             return []
         diets = bounds.diets | bounds.some
         offers = [i for i in self._found(term, bounds) if bounds.suits(i) and _is_a(i, head)]
@@ -117,6 +152,33 @@ class Choice:
         offers = offers[:_PER_TERM]
         return [] if any(item.name in decided for item in offers) else offers
 
+    def facts(self, what: str, basket: Mapping[str, int], bounds: Bounds) -> str:
+        """The prices and labels of what a phrase means, and what rules it out."""
+        near = self._search.search(what, _NEAR)
+        found = _called(what, near)
+        if not found and (item := self.meant(what, Bounds())):
+            found = [item]
+        if not found:
+            named = "; ".join(self._line(item, basket) for item in near[:_NAMED])
+            return f'The shop has nothing called "{what}".{f" Near it: {named}." if named else ""}'
+        found.sort(key=lambda item: item.name not in basket)
+        few = len(found) <= _LABELLED
+        listed = "; ".join(self._line(item, basket, labels=few) for item in found[:_NAMED])
+        more = f"; and {len(found) - _NAMED} more" if len(found) > _NAMED else ""
+        against = [
+            f"{item.name}: {why}." for item in found[:_NAMED] if (why := bounds.against(item))
+        ]
+        caution = ["I know only names and labels, so please read the packet."] if few else []
+        return " ".join([f"The shop has {listed}{more}.", *against, *caution])
+
+    def _line(self, item: Item, basket: Mapping[str, int], *, labels: bool = False) -> str:
+        """An item with its price, perhaps its labels, and how many of it the basket holds."""
+        unit = f" ({item.unit})" if item.unit not in ("", "each") else ""
+        tags = f", labelled {', '.join(sorted(item.tags))}" if labels and item.tags else ""
+        held = basket.get(item.name, 0)
+        within = f", {held} in the basket" if held else ""
+        return f"{item.name}{unit}, {self._catalogue.money(item.price)}{tags}{within}"
+
     def _nearly(self, phrase: str) -> Iterable[str]:
         """`phrase` in the shop's words, without words of no thing and slips of the pen."""
         translated = self._search.translated(phrase)
@@ -125,9 +187,9 @@ class Choice:
         mended = self._search.translated(self._search.mended(phrase))
         yield self._search.translated(self._search.pruned(mended))
 
-    def _usual(self, phrase: str, diets: Collection[str], among: Sequence[Item]) -> list[Item]:
+    def _usual_kind(self, phrase: str, diets: Collection[str], among: Sequence[Item]) -> list[Item]:
         """What people mean by a bare word, as far as it is `among` these; what fits diets first."""
-        named = (self._search.named(name) for name in usual(phrase))
+        named = (self._search.named(name) for name in _usual(phrase))
         kinds = [[item for item in kind if item in among] for kind in named]
         fit = [[item for item in kind if {*diets} <= item.tags] for kind in kinds]
         none: list[Item] = []
@@ -141,12 +203,17 @@ class Choice:
         return [item for item in found if bounds.permits(item)]
 
 
-def is_vague(phrase: str) -> bool:
+def _usual(phrase: str) -> Sequence[str]:
+    """What people mean by `phrase` who name no kind: "bread" as "white sandwich bread"."""
+    return _USUAL.get(phrase) or _USUAL.get(" ".join(singulars(phrase)), ())
+
+
+def _is_vague(phrase: str) -> bool:
     """Whether no word of `phrase` says what is meant."""
     return _VAGUE.issuperset(singulars(phrase))
 
 
-def called(phrase: str, items: Sequence[Item]) -> list[Item]:
+def _called(phrase: str, items: Sequence[Item]) -> list[Item]:
     """Those of `items` that `phrase` names: exactly, by their head noun, or else by any word.
 
     What it begins with may be a label: "gluten-free pasta" is "Chickpea Pasta" that has this tag.
@@ -178,7 +245,7 @@ def _labelled(phrase: str, tags: Iterable[str]) -> tuple[str, str]:
     said = words(phrase)
     for tag in tags:
         size = len(words(tag))
-        if said[:size] == words(tag) and not is_vague(" ".join(said[size:])):
+        if said[:size] == words(tag) and not _is_vague(" ".join(said[size:])):
             return tag, " ".join(said[size:])
     return "", phrase
 
@@ -186,3 +253,41 @@ def _labelled(phrase: str, tags: Iterable[str]) -> tuple[str, str]:
 def _is_a(item: Item, phrase: str) -> bool:
     """Whether the item's name has every word of the phrase."""
     return contains(singulars(item.name), singulars(phrase))
+
+
+def packages(order: Order, item: Item) -> int:
+    """How many units of `item` an order comes to, at least 1 where it is not for none.
+
+    Two dozen eggs are two of a unit "12 ct", six bagels one of "6 ct", ten bananas two of "1 kg,
+    about 7", and 1.5 kg two of "1 kg". Where the unit does not say how many pieces it holds, a
+    piece and a dozen are taken for one unit; so is any weight or volume that the unit cannot be
+    compared with. A bottle or a roll is a piece, and a pack or a box a unit of the item.
+    """
+    number, counted = _counted(order)
+    unit = item.unit.lower()
+    if counted in ("grams", "millilitres"):
+        size = _SIZE.match(unit)
+        measures = _GRAMS if counted == "grams" else _MILLILITRES
+        one = float(size[1]) * measures.get(size[2], 0) if size else 0
+        number = math.ceil(number / one - 0.01) if one else 1
+    elif counted in ("pieces", "dozens"):
+        found = _PIECES.match(unit)
+        pieces = int(found[1] or found[2]) if found else 0
+        if pieces:
+            number = math.ceil(number / pieces)
+        elif counted == "dozens" and unit != "each":
+            number = math.ceil(number / 12)
+    return max(math.ceil(number), order.quantity != 0)
+
+
+def _counted(order: Order) -> tuple[float, _Counted]:
+    """The number, and what it counts."""
+    number = 1.0 if order.quantity is None else order.quantity
+    unit = singular(order.unit.casefold().strip(".").replace("-", " "))
+    if unit in _GRAMS:
+        return number * _GRAMS[unit], "grams"
+    if unit in _MILLILITRES:
+        return number * _MILLILITRES[unit], "millilitres"
+    if unit == "dozen":
+        return number * 12, "dozens"
+    return number, "packages" if _PACKAGES.intersection(unit.split()) else "pieces"

@@ -2,37 +2,29 @@
 
 from __future__ import annotations
 
-import os
 import sqlite3
-import tempfile
+import tomllib
 from collections import Counter, defaultdict
 from collections.abc import Callable, Iterable, Sequence
-from contextlib import closing
 from functools import cached_property
-from pathlib import Path
+from importlib.resources import files
 
 import numpy as np
 import numpy.typing as npt
-import platformdirs
 
 from goalscope.envs.grocery.catalogue import Catalogue, Item
-from goalscope.envs.grocery.synonyms import translator
 from goalscope.models.embedding import embedded
 from goalscope.picking import mended
-from goalscope.words import (
-    head_nouns,
-    head_words,
-    singular,
-    singulars,
-    words,
-)
+from goalscope.words import head_nouns, head_words, singular, singulars, words
 
-__all__ = ["Search"]
+__all__ = ["WORDS", "Search"]
+
+WORDS = tomllib.loads(
+    (files("goalscope.envs.grocery") / "data" / "words.toml").read_text(encoding="utf-8")
+)
+"""What people call things, and words that say little; its comments say which."""
 
 _Vectors = npt.NDArray[np.float32]
-
-_FORMAT = 1
-"""Part of the cache's file name; raise it when what is kept changes."""
 
 _DEPTH = 100
 """How many items each ranking contributes to the fusion."""
@@ -49,39 +41,19 @@ _CATEGORY_NEARNESS = 0.5
 _MOST_KINDS = 800
 """Generic names kept, the most frequent first."""
 
-_QUALITIES = frozenset({
-    "organic", "fresh", "large", "medium", "small", "extra", "pure", "natural", "classic",
-    "original", "premium", "mini", "light", "low", "free", "fat", "reduced", "sodium", "unsalted",
-    "salted", "whole", "mixed", "plain", "fine", "gluten", "dairy", "sugar", "and", "&", "the",
-    "ready", "raw", "frozen", "dried", "value", "family", "size", "style", "big", "no", "added",
-    "vegan", "real", "best", "new", "a", "can",
-})  # fmt: skip
-"""Words that say which one but not what it is, so that no generic name begins with them."""
-
-_EMPTY = frozenset({
-    "a", "an", "and", "any", "best", "big", "cheap", "cheapest", "decent", "favourite", "favorite",
-    "few", "for", "from", "good", "large", "little", "lovely", "nice", "normal", "of", "ordinary",
-    "other", "proper", "real", "regular", "small", "some", "standard", "tasty", "the", "default",
-    "with",
-})  # fmt: skip
-"""Words of a phrase that tell nothing of which thing is meant, if no name here holds them all."""
-
-_LABELS = frozenset({
-    "vegan", "free", "organic", "diet", "decaf", "plant", "halal", "kosher", "low", "reduced",
-})  # fmt: skip
-"""Words of labels, for people who ask for them: "gluten-free", "plant-based"."""
+_QUALITIES = frozenset(WORDS["qualities"].split())
+_EMPTY = frozenset(WORDS["empty"].split())
+_LABELS = frozenset(WORDS["labels"].split())
 
 
 class Search:
     """Finds items of one catalogue by what is meant; deterministic and offline.
 
-    The index is built at first use and kept in the user's cache folder.
+    The index is built at first use.
     """
 
-    def __init__(self, catalogue: Catalogue, *, cache_dir: Path | None = None) -> None:
-        """Search `catalogue`, keeping the index in `cache_dir` (the user's cache by default)."""
+    def __init__(self, catalogue: Catalogue) -> None:
         self._catalogue = catalogue
-        self._cache_dir = cache_dir or platformdirs.user_cache_path("goalscope")
 
     def search(self, text: str, limit: int) -> list[Item]:
         """The items nearest in meaning to `text`, best first, at most `limit`."""
@@ -190,7 +162,7 @@ class Search:
 
     @cached_property
     def _translate(self) -> Callable[[str], str]:
-        return translator(lambda name: bool(self.named(name)))
+        return _translator(lambda name: bool(self.named(name)))
 
     @cached_property
     def _words(self) -> list[frozenset[str]]:
@@ -234,13 +206,47 @@ class Search:
 
     @cached_property
     def _index(self) -> sqlite3.Connection:
-        return _opened(self._cache_dir, self._catalogue)
+        """Full text of names and categories, for all threads."""
+        index = sqlite3.connect(":memory:", check_same_thread=False)
+        index.execute("CREATE VIRTUAL TABLE names USING fts5(name, category, tokenize='porter')")
+        index.executemany(
+            "INSERT INTO names (rowid, name, category) VALUES (?, ?, ?)",
+            ((i, item.name, item.category) for i, item in enumerate(self._catalogue.items)),
+        )
+        index.commit()
+        return index
 
     @cached_property
     def _vectors(self) -> _Vectors:
         """float32, items x 256, each row of length one."""
-        blob = self._index.execute("SELECT data FROM vectors").fetchone()[0]
-        return np.frombuffer(blob, dtype=np.float32).reshape(len(self._catalogue), -1)
+        return embedded([item.name for item in self._catalogue.items])
+
+
+def _translator(has: Callable[[str], bool]) -> Callable[[str], str]:
+    """A function that says in the shop's words what people say in theirs.
+
+    A name is changed where the shop has nothing by it, and has something by another one.
+
+    Args:
+        has: Whether the shop has anything by a name.
+    """
+    known: dict[tuple[str, ...], str] = {}
+    for line in WORDS["same"]:
+        names = line.split(", ")
+        there = next((name for name in reversed(names) if has(name)), "")
+        known |= {(*singulars(name),): there for name in names if there and not has(name)}
+    longest = max(map(len, known), default=0)
+
+    def translate(text: str) -> str:
+        rest, said = singulars(text), list[str]()
+        while rest:
+            sizes = range(min(longest, len(rest)), 0, -1)
+            size = next((size for size in sizes if (*rest[:size],) in known), 0)
+            said.append(known[(*rest[:size],)] if size else rest[0])
+            rest = rest[size or 1 :]
+        return " ".join(said)
+
+    return translate
 
 
 def _endings(name: str) -> Iterable[str]:
@@ -263,50 +269,3 @@ def _top(values: _Vectors, limit: int) -> list[int]:
     edge = np.partition(values, -limit)[-limit]
     places = np.flatnonzero(values >= edge)
     return [int(i) for i in places[np.argsort(-values[places], kind="stable")][:limit]]
-
-
-def _opened(folder: Path, catalogue: Catalogue) -> sqlite3.Connection:
-    """The kept index of `catalogue`, for all threads; built where there is none to be read."""
-    path = folder / f"grocery-{_FORMAT}-{catalogue.fingerprint}.sqlite"
-    try:
-        address = f"{path.absolute().as_uri()}?mode=ro"
-        kept = sqlite3.connect(address, uri=True, check_same_thread=False)
-        size = kept.execute("SELECT length(data) FROM vectors").fetchone()[0]
-        count = kept.execute("SELECT count(*) FROM names").fetchone()[0]
-        if count == len(catalogue) and size and size % (4 * count) == 0:
-            return kept
-        kept.close()
-    except (sqlite3.Error, TypeError):
-        pass
-    built = sqlite3.connect(":memory:", check_same_thread=False)
-    _fill(built, catalogue)
-    _keep(built, path)
-    return built
-
-
-def _fill(index: sqlite3.Connection, catalogue: Catalogue) -> None:
-    index.execute("CREATE VIRTUAL TABLE names USING fts5(name, category, tokenize='porter')")
-    index.execute("CREATE TABLE vectors (data BLOB)")
-    index.executemany(
-        "INSERT INTO names (rowid, name, category) VALUES (?, ?, ?)",
-        ((i, item.name, item.category) for i, item in enumerate(catalogue.items)),
-    )
-    vectors = embedded([item.name for item in catalogue.items])
-    index.execute("INSERT INTO vectors VALUES (?)", (vectors.tobytes(),))
-    index.commit()
-
-
-def _keep(index: sqlite3.Connection, path: Path) -> None:
-    """Write `index` to `path` all at once; a folder that cannot be written costs only time."""
-    try:
-        path.parent.mkdir(parents=True, exist_ok=True)
-        handle, name = tempfile.mkstemp(dir=path.parent, suffix=".partial")
-        os.close(handle)
-        try:
-            with closing(sqlite3.connect(name)) as file:
-                index.backup(file)
-            os.replace(name, path)
-        finally:
-            Path(name).unlink(missing_ok=True)
-    except (OSError, sqlite3.Error):
-        return

@@ -6,20 +6,18 @@ from collections.abc import Iterable, Iterator, Sequence
 from decimal import Decimal
 
 from goalscope import envs
-from goalscope.envs import Pick, Resolution
-from goalscope.envs.grocery.amounts import MOST, packages
-from goalscope.envs.grocery.answers import told_of
-from goalscope.envs.grocery.bounds import Bounds, bounds_of, diets_of, refusal
+from goalscope.envs import Environment, Pick, Resolution
 from goalscope.envs.grocery.catalogue import Catalogue, Item
-from goalscope.envs.grocery.choosing import Choice
-from goalscope.envs.grocery.language import EXAMPLES, VERBS
+from goalscope.envs.grocery.choosing import MOST, Choice, packages
+from goalscope.envs.grocery.dietary import Bounds, bounds_of, diets_of, refusal
 from goalscope.envs.grocery.profiles import checks_met, unwanted
 from goalscope.envs.grocery.search import Search
+from goalscope.envs.tables import read_examples
 from goalscope.occasions import Occasion, shipped_occasions
-from goalscope.orders import Order
+from goalscope.orders import Order, Verb
 from goalscope.standing import Standing
 from goalscope.types import Action, Profile, StepResult
-from goalscope.words import head_nouns, names
+from goalscope.words import head_nouns, names, singulars
 
 __all__ = ["NAMES", "GroceryShop"]
 
@@ -32,44 +30,46 @@ _AT_ONCE = 8
 _SHOWN = 10
 """Items that the action `search inventory` lists."""
 
+_WHOLE = frozenset({
+    "basket", "cart", "total", "budget", "order", "price", "cost", "bill", "money", "everything",
+    "it", "all",
+})  # fmt: skip
+"""Words for the basket as a whole."""
 
-class GroceryShop:
-    """A shopping agent's world (Sec. 4.2); implements `goalscope.envs.Environment`.
+
+class GroceryShop(Environment):
+    """A shopping agent's world (Sec. 4.2).
 
     What can be asked for is `verbs`. The actions are `search inventory` (the target is a term),
     `add item` and `remove item` (the target is an item's exact name, with a quantity from 1 to 99),
     and `buy basket`. After the purchase only searching is possible, until `reset`.
     """
 
-    verbs = VERBS
-    examples = EXAMPLES
+    task = (
+        "The agent is a shopping agent that is supposed to make purchases for the human. "
+        "Its task is to identify a basket of groceries that matches the human's preferences."
+    )
+    completion_phrase = "Buy the basket"
+    verbs = (
+        Verb("add", "put into the basket", ("what", "quantity", "for", "where")),
+        Verb("remove", "take out of the basket", ("what", "quantity"), takes_away=True),
+        Verb("set", "have exactly so many of it in the basket", ("what", "quantity")),
+        Verb("swap", "take one thing out for another", ("what", "quantity", "for")),
+        Verb("clear", "empty the basket", ()),
+        Verb("buy", "buy the basket, now", (), irreversible=True),
+    )
+    examples = read_examples("goalscope.envs.grocery")
+    agreed = 0.45
 
     def __init__(self, catalogue: Catalogue, *, search: Search | None = None) -> None:
         """Open the shop with an empty basket; `search` shares an index between shops."""
         self.catalogue = catalogue
+        self.notes = catalogue.notes
         self._search = search or Search(catalogue)
         self._choice = Choice(catalogue, self._search)
         self._basket: dict[str, int] = {}
         self._taken_out: set[str] = set()
         self._bought = False
-
-    @property
-    def task(self) -> str:
-        """The agent and its task, for prompts."""
-        return (
-            "The agent is a shopping agent that is supposed to make purchases for the human. "
-            "Its task is to identify a basket of groceries that matches the human's preferences."
-        )
-
-    @property
-    def notes(self) -> tuple[str, ...]:
-        """What reading the catalogue had to adapt."""
-        return self.catalogue.notes
-
-    @property
-    def completion_phrase(self) -> str:
-        """What a person says to have the basket bought."""
-        return "Buy the basket"
 
     @property
     def basket(self) -> dict[str, int]:
@@ -92,16 +92,9 @@ class GroceryShop:
         self._taken_out.clear()
         self._bought = False
 
-    def close(self) -> None:
-        """Nothing runs behind it."""
-
     def fingerprint(self) -> str:
         """The basket's contents, and whether it was bought."""
         return f"{sorted(self._basket.items())} {self._bought}"
-
-    def search(self, text: str, limit: int) -> list[Item]:
-        """The items nearest in meaning to `text`, best first, at most `limit`."""
-        return self._search.search(text, limit)
 
     def offers(self, text: str, limit: int) -> list[str]:
         """Generic names such as "flour" that may serve `text`, nearest first."""
@@ -137,10 +130,6 @@ class GroceryShop:
             if most is None or (item.price or 0) <= most
         ]
 
-    def phrase(self, action: Action) -> str:
-        """See `Environment.phrase`."""
-        return str(action)
-
     def kind(self, action: Action) -> str:
         """See `Environment.kind`: the last word of a name, where it alone means such a thing."""
         item = self.catalogue.get(action.target)
@@ -149,19 +138,6 @@ class GroceryShop:
         if not (item and plain and plain.category == item.category):
             return str(action)
         return heads[-1] if head_nouns(plain.name)[-1:] == heads[-1:] else str(action)
-
-    def serving(self, need: str, standing: Standing) -> list[Action]:
-        """See `Environment.serving`: the best of what serves it."""
-        return self.actions(need, standing)[:1]
-
-    @property
-    def agreed(self) -> float:
-        """See `Environment.agreed`: at 0.45 some eight of ten things are welcome."""
-        return 0.45
-
-    def here(self) -> str:
-        """See `Environment.here`: what aims call for does not depend on the shelves."""
-        return ""
 
     def like(self, text: str, most: int) -> list[Occasion]:
         """See `Environment.like`."""
@@ -218,7 +194,25 @@ class GroceryShop:
 
     def answer(self, order: Order, standing: Standing, pick: Pick) -> str:
         """The facts of a thing, such as its price and labels; of nothing, those of the basket."""
-        return told_of(order.what, self, self._choice, bounds_of(standing))
+        bounds = bounds_of(standing)
+        if not _WHOLE.issuperset(singulars(order.what)):
+            return self._choice.facts(order.what, self._basket, bounds)
+        told = [self.status()]
+        if bounds.budget is not None:
+            named, left = self.catalogue.money(bounds.budget), bounds.budget - self.total
+            money = self.catalogue.money(abs(left))
+            told.append(
+                f"That is {money} above the {named} that you named."
+                if left < 0
+                else f"That leaves {money} of the {named} that you named."
+            )
+        if bounds.diets:
+            told.append(f"All of it has to be {' and '.join(sorted(bounds.diets))}.")
+        if bounds.some:
+            told.append(f"For some, it has to be {' and '.join(sorted(bounds.some))}.")
+        if bounds.refused:
+            told.append(f"You want no {', no '.join(bounds.refused)}.")
+        return "\n".join(told)
 
     def step(self, action: Action) -> StepResult:
         """Take one action. An impossible one changes nothing and says why."""
@@ -359,7 +353,7 @@ class GroceryShop:
         return [(item, n) for item, n in pairs if item is not None]
 
     def _look(self, action: Action) -> StepResult:
-        found = self.search(action.target, _SHOWN)
+        found = self._search.search(action.target, _SHOWN)
         if not found:
             return StepResult(action, False, f"Nothing is found for {action.target!r}.")
         money = self.catalogue.money

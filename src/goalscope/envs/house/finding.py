@@ -1,20 +1,21 @@
-"""Which of the things here a phrase means, and which ones are not to be touched."""
+"""Which of the things here a phrase means, what is true of them, and which not to touch."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from typing import Any
 
 from goalscope.envs import Pick
-from goalscope.envs.house.names import GROUPS, called, readable
 from goalscope.envs.house.simulator.state import is_whole
-from goalscope.envs.house.view import View
+from goalscope.envs.house.view import View, are, called, readable, the
 from goalscope.orders import Order
 from goalscope.standing import Standing
 from goalscope.words import contains, head_words, singular, singulars, words
 
-__all__ = ["EVERYTHING", "Finder", "Found", "asked_about", "bound", "kinds_in", "remains"]
+__all__ = ["EVERYTHING", "GROUPS", "Finder", "Found", "asked_about", "bound", "facts_of"]
+__all__ += ["kinds_in", "remains"]
 
 EVERYTHING = "everything"
 """What names all that is here."""
@@ -34,6 +35,42 @@ _STATES = (
     ("cold", "pickupable", "temperature", "Cold"),
 )
 """Adjectives: the affordance that they need, the state, and its value."""
+
+
+_TOLD = 6
+"""Things that an answer tells of at most."""
+
+_INSIDE = 5
+"""Things in or on one that an answer names at most."""
+
+_FACTS = (
+    ("openable", "isOpen", "open", "closed"),
+    ("toggleable", "isToggled", "on", "off"),
+    ("dirtyable", "isDirty", "dirty", "clean"),
+    ("isCooked", "isCooked", "cooked", ""),
+    ("isBroken", "isBroken", "broken", ""),
+    ("isUsedUp", "isUsedUp", "used up", ""),
+)
+"""The property that a state needs, the state, and its words."""
+
+GROUPS = {
+    "food": "Apple Bread Egg EggCracked Lettuce Potato Tomato",
+    "fruit": "Apple Tomato",
+    "vegetables": "Lettuce Potato Tomato",
+    "dishes": "Bowl Cup Mug Plate",
+    "cutlery": "ButterKnife Fork Knife Spoon",
+    "utensils": "ButterKnife Fork Knife Ladle Spatula Spoon",
+    "cookware": "Kettle Pan Pot",
+    "toiletries": "SoapBar SoapBottle TissueBox ToiletPaper",
+    "cleaning supplies": "Cloth DishSponge PaperTowelRoll ScrubBrush SprayBottle",
+    "sports equipment": "BaseballBat BasketBall Dumbbell TennisRacket",
+    "stationery": "Pen Pencil",
+    "valuables": "CellPhone CreditCard KeyChain Laptop Watch",
+    "electronics": "AlarmClock CellPhone Desktop Laptop RemoteControl Television",
+    "appliances": "CoffeeMachine Fridge Microwave Toaster VacuumCleaner",
+    "furniture": "ArmChair Bed Chair CoffeeTable Desk DiningTable Dresser Ottoman SideTable Sofa",
+}
+"""Words for things of several types, and those types."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -117,6 +154,49 @@ class Finder:
         if not places:
             return found
         return replace(found, things=tuple(sorted(found.things, key=distance)), there=False)
+
+
+def facts_of(finder: Finder, what: str, where: str) -> str:
+    """One sentence for each thing that is meant, with its place and state; at most six."""
+    found = finder.find(what or where, where if what else "")
+    view = finder.view
+    gone = [own for own in found.things if not is_whole(view.table[own])]
+    things = [*gone, *remains(view, found.things)]
+    if not things:
+        return f"There is no {what or where:.60} here."
+    told = [_fact(view, own) for own in things[:_TOLD]]
+    if len(things) > _TOLD:
+        told.append(f"There are {len(things) - _TOLD} more.")
+    return " ".join(told)
+
+
+def _fact(view: View, own: str) -> str:
+    thing, name = view.table[own], the(view.names[own])
+    if not is_whole(thing):
+        fate = "sliced" if thing["isSliced"] else "broken"
+        return f"{name[0].upper()}{name[1:]} {are(name)} {fate}."
+    facts = [yes if thing[state] else no for needs, state, yes, no in _FACTS if thing[needs]]
+    if thing["canFillWithLiquid"]:
+        liquid = thing["fillLiquid"] or "a liquid"
+        facts.append(f"full of {liquid}" if thing["isFilledWithLiquid"] else "empty")
+    facts += [thing["temperature"].lower()] if thing["temperature"] != "RoomTemp" else []
+    facts += [view.where(thing)] if thing["pickupable"] else []
+    held = _held(view, thing)
+    text = f"{name} {are(name)} {_listed(facts or [view.where(thing)])}"
+    text += f"; {view.in_or_on(view.names[own])} it: {held}" if held else ""
+    return f"{text[0].upper()}{text[1:]}."
+
+
+def _held(view: View, thing: Mapping[str, Any]) -> str:
+    """What is in or on a thing, by name."""
+    inside = [own for own in thing["receptacleObjectIds"] or () if own in view.table]
+    names = sorted(view.names[own] for own in inside if is_whole(view.table[own]))
+    more = [f"{len(names) - _INSIDE} more"] if len(names) > _INSIDE else []
+    return _listed([*map(the, names[:_INSIDE]), *more]) if names else ""
+
+
+def _listed(parts: list[str]) -> str:
+    return parts[0] if len(parts) == 1 else f"{', '.join(parts[:-1])} and {parts[-1]}"
 
 
 def kinds_in(view: View, text: str) -> set[str]:

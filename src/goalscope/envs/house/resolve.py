@@ -1,18 +1,18 @@
-"""What an order comes to: the actions that it still needs, or one sentence that says why not."""
+"""What an order comes to: the things that it is about, and the actions that they still need."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
+from typing import Any
 
 from goalscope.envs import Resolution
-from goalscope.envs.house.choosing import Chooser, Thing, WhyNotError, number_of
-from goalscope.envs.house.offers import FILLS, cooks
-from goalscope.envs.house.simulator.object_types import SINGLE
-from goalscope.envs.house.simulator.properties import ACTS
-from goalscope.envs.house.simulator.slices import slices_of
+from goalscope.envs.house.actions import FILLS, IRREVERSIBLE, accepts, cooks
+from goalscope.envs.house.finding import EVERYTHING, Finder, Found, remains
+from goalscope.envs.house.simulator.object_types import ACTS, SINGLE
+from goalscope.envs.house.simulator.objects import slices_of
 from goalscope.envs.house.simulator.state import innermost, is_at, is_whole
-from goalscope.envs.house.view import View
+from goalscope.envs.house.view import View, readable
 from goalscope.orders import Order
 from goalscope.types import Action
 from goalscope.words import singulars
@@ -22,8 +22,22 @@ __all__ = ["Resolver"]
 _PERSON = frozenset({"me", "us", "here", "hand"})
 """Places that mean the robot's hand, as there is no person in the house."""
 
+_FOR_ALL = frozenset({"close", "turn off", "clean", "empty"})
+"""What may be done to everything at once."""
+
 _HOME = frozenset({"back", "its place"})
 """Places that mean where a thing was at the start."""
+
+
+_Thing = Mapping[str, Any]
+"""AI2-THOR's metadata of an object."""
+
+_Test = Callable[[str], bool]
+"""Whether something holds of the object of an id."""
+
+
+class _WhyNotError(Exception):
+    """An order cannot be followed; the message says why."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -33,13 +47,17 @@ class Resolver:
     Attributes:
         view: The house.
         start: The house at the start.
-        choose: Chooses what an order is about.
+        finder: Finds what a phrase may mean.
+        done: What was done since the start, oldest first.
+        bound: Ids of what must not be touched.
         asked: What was asked for, oldest first.
     """
 
     view: View
     start: View
-    choose: Chooser
+    finder: Finder
+    done: Sequence[Action]
+    bound: set[str]
     asked: Sequence[Order] = ()
 
     def resolve(self, order: Order) -> Resolution:
@@ -52,7 +70,7 @@ class Resolver:
         }
         try:
             return verbs[order.do](order) if order.do in verbs else Resolution()
-        except WhyNotError as why:
+        except _WhyNotError as why:
             return Resolution(why=str(why))
 
     def _act(self, order: Order) -> Resolution:
@@ -66,22 +84,22 @@ class Resolver:
         def is_so(own: str) -> bool:
             return table[own][state] == value
 
-        things = self.choose.meant(order, order.where, is_able, is_so)
+        things = self._meant(order, order.where, is_able, is_so)
         switched = {each for own in things for each in table[own]["controlledObjects"] or ()}
         lacking = [own for own in things if not is_so(own) and own not in switched]
         return self._or_so([self._do(order.do, own) for own in lacking], order, things)
 
     def _push(self, order: Order) -> Resolution:
-        is_able = self.choose.has("moveable", "pickupable")
-        things = self.choose.meant(order, order.where, is_able, lambda _: False)
+        is_able = self._has("moveable", "pickupable")
+        things = self._meant(order, order.where, is_able, lambda _: False)
         return self._or_so([self._do(order.do, own) for own in things], order, things)
 
     def _pick_up(self, order: Order) -> Resolution:
         """Into the hand, which holds one thing."""
         held = self.view.held
         where = order.where if order.do == "pick up" else ""
-        is_able = self.choose.has("pickupable")
-        things = self.choose.meant(order, where, is_able, lambda own: own == held)
+        is_able = self._has("pickupable")
+        things = self._meant(order, where, is_able, lambda own: own == held)
         actions = [self._do("pick up", own) for own in things[:1] if own != held]
         if len(things) > 1:
             return Resolution(tuple(actions), "My hand holds one thing at a time.")
@@ -95,13 +113,13 @@ class Resolver:
         """
         where = order.where
         held = self.view.held
-        if not where and held and held in self.choose.finder.find(order.what).things:
+        if not where and held and held in self.finder.find(order.what).things:
             where = "back"
         where = where or self._last_place(order)
         if where.casefold() in _PERSON or not where:
             return self._pick_up(order)
         table, start = self.view.table, self.start.table
-        places = [] if where.casefold() in _HOME else self.choose.places(where)
+        places = [] if where.casefold() in _HOME else self._places(where)
 
         def goals(own: str) -> list[str]:
             home = innermost(start[own], start) if own in start else ""
@@ -113,11 +131,11 @@ class Resolver:
         def is_so(own: str) -> bool:
             return any(is_at(table[own], place, table) for place in goals(own))
 
-        things = self.choose.meant(order, "", is_able, is_so)
+        things = self._meant(order, "", is_able, is_so)
         actions: list[Action] = []
         taken: list[str] = []
         for own in things:
-            place = "" if is_so(own) else self.choose.best(table[own], goals(own), taken)
+            place = "" if is_so(own) else self._best(table[own], goals(own), taken)
             taken.append(place)
             actions += self._moving(self.view.names[own], table[own], place)
         return self._or_so(actions, order, things)
@@ -134,14 +152,14 @@ class Resolver:
         table, said = self.view.table, singulars(order.for_)
         liquid = next((each for each in FILLS.values() if each in said), "" if said else "water")
         if not liquid:
-            raise WhyNotError(f"I cannot fill anything with {order.for_:.60}.")
+            raise _WhyNotError(f"I cannot fill anything with {order.for_:.60}.")
         verb = next(name for name, each in FILLS.items() if each == liquid)
 
         def is_so(own: str) -> bool:
             return table[own]["isFilledWithLiquid"] and table[own]["fillLiquid"] in (liquid, None)
 
-        is_able = self.choose.has("canFillWithLiquid")
-        things = self.choose.meant(order, order.where, is_able, is_so)
+        is_able = self._has("canFillWithLiquid")
+        things = self._meant(order, order.where, is_able, is_so)
         actions: list[Action] = []
         for own in things:
             if not is_so(own):
@@ -155,7 +173,7 @@ class Resolver:
         What was cooked goes to where it is to be served, if that is said.
         """
         table = self.view.table
-        places = self.choose.places(order.where) if order.where else []
+        places = self._places(order.where) if order.where else []
 
         def is_able(own: str) -> bool:
             return table[own]["cookable"] or bool(self._pieces([own]).get(own))
@@ -163,18 +181,18 @@ class Resolver:
         def is_so(own: str) -> bool:
             return bool(table[own]["isCooked"])
 
-        things = self.choose.meant(order, "", is_able, is_so)
+        things = self._meant(order, "", is_able, is_so)
         whole = [own for own in things if not table[own]["cookable"]]
         pieces = self._pieces(whole)
         actions = [self._do("slice", own) for own in whole]
-        raw: list[tuple[str, Thing]] = []
+        raw: list[tuple[str, _Thing]] = []
         for own in things:
             if table[own]["cookable"]:
                 raw += [] if is_so(own) else [(self.view.names[own], table[own])]
             else:
-                raw += pieces[own][: number_of(order) if order.unit else 1]
+                raw += pieces[own][: _number_of(order) if order.unit else 1]
         for number, (name, thing) in enumerate(raw):
-            place = self.choose.best(thing, places)
+            place = self._best(thing, places)
             single = bool(place) and table[place]["objectType"] in SINGLE
             actions += self._cleared(place, thing["objectId"]) if not number else []
             puts = self._moving(name, thing, place)
@@ -193,19 +211,19 @@ class Resolver:
         if "toast" in dish:
             slices = Order("cook", "bread", order.quantity or 1, "slice", where="toaster")
             return self._cook(slices, order.where)
-        raise WhyNotError(f"I cannot make {order.what or 'that':.60} here.")
+        raise _WhyNotError(f"I cannot make {order.what or 'that':.60} here.")
 
     def _coffee(self, order: Order) -> Resolution:
         """For each, a mug under the machine, which is turned on and off again."""
         table = self.view.table
-        machines = self.choose.by_age("CoffeeMachine")
+        machines = self._by_age("CoffeeMachine")
         if not machines:
-            raise WhyNotError("There is no coffee machine here that I may use.")
+            raise _WhyNotError("There is no coffee machine here that I may use.")
         machine = machines[0]
-        named = self.choose.finder.find(order.where).things if order.where else ()
-        mugs = [own for own in self.choose.by_age("Mug") if not table[own]["isFilledWithLiquid"]]
+        named = self.finder.find(order.where).things if order.where else ()
+        mugs = [own for own in self._by_age("Mug") if not table[own]["isFilledWithLiquid"]]
         if not mugs:
-            raise WhyNotError("There is no empty mug here that I may use.")
+            raise _WhyNotError("There is no empty mug here that I may use.")
         mugs.sort(
             key=lambda own: (
                 own not in named,
@@ -214,7 +232,7 @@ class Resolver:
             )
         )
         where = "" if mugs[0] in named else order.where
-        mugs = mugs[: number_of(order)]
+        mugs = mugs[: _number_of(order)]
         actions = self._cleared(machine, mugs[0])
         actions += [self._do("turn off", machine)] if table[machine]["isToggled"] else []
         for mug in mugs:
@@ -231,38 +249,38 @@ class Resolver:
         """What takes other things off a place that holds but one."""
         if not place or self.view.table[place]["objectType"] not in SINGLE:
             return []
-        others = self.choose.others(place, own)
-        if held := [each for each in others if each in self.choose.bound]:
+        others = self._others(place, own)
+        if held := [each for each in others if each in self.bound]:
             name = self.view.names[held[0]]
-            raise WhyNotError(f"I leave the {name} alone, as you asked, and it is in the way.")
+            raise _WhyNotError(f"I leave the {name} alone, as you asked, and it is in the way.")
         return [
             act
             for each in others
             for act in self._aside(self.view.names[each], self.view.table[each], place)
         ]
 
-    def _aside(self, name: str, thing: Thing, place: str) -> list[Action]:
+    def _aside(self, name: str, thing: _Thing, place: str) -> list[Action]:
         """What makes room at a place: the thing goes back to where it is now, or elsewhere."""
         table = self.view.table
         around = (place, *(table[place]["parentReceptacles"] or ()))
         now = innermost(table.get(thing["objectId"].rpartition("|")[0], thing), table)
-        homes = [each for each in (now, *self.choose.surfaces(thing)) if each not in ("", *around)]
+        homes = [each for each in (now, *self._surfaces(thing)) if each not in ("", *around)]
         return [Action("put", name, destination=self.view.names[each]) for each in homes[:1]]
 
-    def _moving(self, name: str, thing: Thing, place: str) -> list[Action]:
+    def _moving(self, name: str, thing: _Thing, place: str) -> list[Action]:
         """The put that brings a thing to a place, unless it is there or no place is given."""
         if not place or is_at(thing, place, self.view.table):
             return []
         return [Action("put", name, destination=self.view.names[place])]
 
-    def _serving(self, name: str, thing: Thing, where: str) -> list[Action]:
+    def _serving(self, name: str, thing: _Thing, where: str) -> list[Action]:
         """What brings a thing to where it is wanted."""
         if where.casefold() in _PERSON:
             return [Action("pick up", name)]
-        place = self.choose.best(thing, self.choose.places(where))
+        place = self._best(thing, self._places(where))
         return [Action("put", name, destination=self.view.names[place])] if place else []
 
-    def _pieces(self, things: Sequence[str]) -> dict[str, list[tuple[str, Thing]]]:
+    def _pieces(self, things: Sequence[str]) -> dict[str, list[tuple[str, _Thing]]]:
         """What can be cooked of the pieces that things would be cut into, by their names then."""
         table = self.view.table
         whole = [own for own in things if table[own]["sliceable"] and is_whole(table[own])]
@@ -281,6 +299,153 @@ class Resolver:
         """The actions, and what they fall short of; where there are none, that it is so."""
         if not actions:
             return Resolution(why=self.view.is_so(order.do, things))
-        short = not order.unit and len(things) < number_of(order)
-        why = f"I found only {len(things)} of {number_of(order)} {order.what:.60}." if short else ""
+        short = not order.unit and len(things) < _number_of(order)
+        why = (
+            f"I found only {len(things)} of {_number_of(order)} {order.what:.60}." if short else ""
+        )
         return Resolution(tuple(actions), why)
+
+    def _meant(self, order: Order, where: str, is_able: _Test, is_so: _Test) -> list[str]:
+        """What an order is about: those first for which there is something to do.
+
+        Args:
+            order: The order.
+            where: The place that tells which thing is meant.
+            is_able: Whether it can be done to a thing at all.
+            is_so: Whether it is so already.
+
+        Raises:
+            _WhyNotError: There is nothing that it could be done to.
+        """
+        what, table = f"{order.what:.60}", self.view.table
+        found = self._found(order, where)
+        if not found.things:
+            raise _WhyNotError(f"There is no {what} here.")
+        if order.what.casefold() == EVERYTHING and order.do not in _FOR_ALL:
+            raise _WhyNotError(f"Please name the things that I am to {order.do}.")
+        if not found.there and (found.every or order.do in IRREVERSIBLE):
+            raise _WhyNotError(f"There is no {what} in or on the {where:.60}.")
+        things = remains(self.view, found.things)
+        able = [own for own in things if is_able(own)]
+        gone = [own for own in found.things if not is_whole(table[own])]
+        if not able and gone:
+            verb = "break" if table[gone[0]]["isBroken"] else "slice"
+            told = self.view.is_so(verb, gone)
+            raise _WhyNotError(told if order.do == verb else told.replace(" already.", "."))
+        if not able:
+            raise _WhyNotError(f"I cannot {order.do} the {what or self.view.names[things[0]]}.")
+        free = [own for own in self._usual(found, able) if own not in self.bound]
+        if not free:
+            raise _WhyNotError(f"I leave the {what or 'things'} alone, as you asked.")
+        if found.there:
+            free.sort(key=lambda own: (is_so(own), self._age(own), not self._heats(own)))
+        cut = bool(gone) and not {*free} & {*found.things}
+        if order.quantity is None and (found.every or cut):
+            return free
+        return free[: 1 if order.unit and not cut else _number_of(order)]
+
+    def _places(self, where: str) -> list[str]:
+        """What a phrase means that things can be put in or on; or else what it stands on.
+
+        Raises:
+            _WhyNotError: There is no such place.
+        """
+        table = self.view.table
+        found = self.finder.find(where)
+        things = [own for own in found.things if is_whole(table[own])]
+        if not things:
+            raise _WhyNotError(f"There is no {where:.60} here.")
+        places = self._usual(found, [own for own in things if table[own]["receptacle"]])
+        places = places or [*filter(None, (innermost(table[own], table) for own in things))]
+        if not places:
+            raise _WhyNotError(f"Nothing can be put in or on the {where:.60}.")
+        free = [own for own in places if own not in self.bound]
+        if not free:
+            raise _WhyNotError(f"I leave the {where:.60} alone, as you asked.")
+        return free
+
+    def _best(self, thing: _Thing, places: Iterable[str], taken: Iterable[str] = ()) -> str:
+        """The place that suits a thing best; "" where there is none.
+
+        Args:
+            thing: What is to be put there.
+            places: Ids of places.
+            taken: Ids of those that something else is about to be put on.
+        """
+        table, own = self.view.table, thing["objectId"]
+
+        def is_full(place: str) -> bool:
+            return table[place]["objectType"] in SINGLE and (
+                place in taken or bool(self._others(place, own))
+            )
+
+        fit = [each for each in places if own not in (each, *self._around(each))]
+        fit.sort(key=lambda each: (is_full(each), not accepts(table[each], thing), self._age(each)))
+        return next(iter(fit), "")
+
+    def _surfaces(self, thing: _Thing) -> list[str]:
+        """What a thing may be put on that stands open and holds many things."""
+        return [
+            own
+            for own, place in self.view.table.items()
+            if accepts(place, thing)
+            and not (place["pickupable"] or place["openable"] or place["objectType"] in SINGLE)
+            and own not in self.bound
+        ]
+
+    def _others(self, place: str, own: str) -> list[str]:
+        """Ids of what is in or on a place besides a thing."""
+        held = self.view.table[place]["receptacleObjectIds"] or ()
+        return [each for each in held if each != own and each in self.view.table]
+
+    def _by_age(self, kind: str) -> list[str]:
+        """The whole things of a type that may be touched, those first that were used last."""
+        things = [own for own, thing in self.view.table.items() if thing["objectType"] == kind]
+        free = [own for own in remains(self.view, things) if own not in self.bound]
+        return sorted(free, key=self._age)
+
+    def _has(self, *flags: str) -> _Test:
+        """Whether a thing has one of these affordances."""
+        return lambda own: any(self.view.table[own][flag] for flag in flags)
+
+    def _found(self, order: Order, where: str) -> Found:
+        """What is named; without a name, what something was done to last."""
+        if order.what:
+            return self.finder.find(order.what, where)
+        last = self.view.id(self.done[-1].target) if self.done else ""
+        if not last:
+            raise _WhyNotError(f"Please say what I am to {order.do}.")
+        return Found((last,))
+
+    def _usual(self, found: Found, things: list[str]) -> list[str]:
+        """Of one thing that may be of several kinds, those that usually go by the name."""
+        if found.every:
+            return things
+        table = self.view.table
+        same = [own for own in things if readable(table[own]["objectType"]) == found.name]
+        return same or things
+
+    def _around(self, own: str) -> Sequence[str]:
+        return self.view.table[own]["parentReceptacles"] or ()
+
+    def _age(self, own: str) -> int:
+        """How many actions ago something was done to the thing."""
+        name = self.view.names[own]
+        ages = (age for age, done in enumerate(reversed(self.done)) if done.target == name)
+        return next(ages, len(self.done))
+
+    def _heats(self, own: str) -> bool:
+        """Whether it is, or turns on, a burner under something that is not empty."""
+        table = self.view.table
+        if table[own]["objectType"] not in ("StoveKnob", "StoveBurner"):
+            return False
+        burners = [
+            each for each in (own, *(table[own]["controlledObjects"] or ())) if each in table
+        ]
+        pots = [table[each] for burner in burners for each in self._others(burner, "")]
+        return any(pot["isFilledWithLiquid"] or pot["receptacleObjectIds"] for pot in pots)
+
+
+def _number_of(order: Order) -> int:
+    """How many things an order names; one where it does not say."""
+    return max(1, int(order.quantity or 1))

@@ -10,24 +10,28 @@ from typing import Any
 
 import numpy as np
 
-from goalscope.envs import Pick, Resolution
-from goalscope.envs.house.answers import told_of
-from goalscope.envs.house.choosing import Chooser
-from goalscope.envs.house.conditions import conditions_met, types_in
-from goalscope.envs.house.finding import Finder, asked_about, bound
-from goalscope.envs.house.language import EXAMPLES, VERBS
-from goalscope.envs.house.names import readable, the
-from goalscope.envs.house.offers import FILLS, IRREVERSIBLE, NAMES, cooks, possible, starts
+from goalscope.envs import Environment, Pick, Resolution
+from goalscope.envs.house.actions import (
+    FILLS,
+    IRREVERSIBLE,
+    NAMES,
+    cooks,
+    possible,
+    starts,
+    undoing,
+)
+from goalscope.envs.house.finding import Finder, asked_about, bound, facts_of
 from goalscope.envs.house.primitives import Primitives, Refusal
+from goalscope.envs.house.profiles import checks_met, types_in
 from goalscope.envs.house.resolve import Resolver
 from goalscope.envs.house.simulator.controller import Controller
-from goalscope.envs.house.simulator.properties import LASTING, PREDICATES
+from goalscope.envs.house.simulator.object_types import LASTING, PREDICATES
 from goalscope.envs.house.simulator.state import is_whole
-from goalscope.envs.house.undoing import undoing
-from goalscope.envs.house.view import View
+from goalscope.envs.house.view import View, readable, the
+from goalscope.envs.tables import read_examples
 from goalscope.models.embedding import embedded
 from goalscope.occasions import Occasion, shipped_occasions
-from goalscope.orders import Order, orders_from_text
+from goalscope.orders import Order, Verb, orders_from_text
 from goalscope.picking import Picker
 from goalscope.standing import Standing
 from goalscope.types import Action, GoalscopeError, InvalidInputError, Profile, StepResult
@@ -42,12 +46,14 @@ _EXACTLY = Picker(strict=True)
 _SHOWN = 30
 """Most changes that the status lists."""
 
+_THING = ("what", "quantity", "where")
+
 _USABLE = ("pickupable", "toggleable", "canFillWithLiquid", "dirtyable")
 """Affordances of what may serve a goal."""
 
 
-class HomeRobot:
-    """A robot that moves things in a home; implements `goalscope.envs.Environment`.
+class HomeRobot(Environment):
+    """A robot that moves things in a home.
 
     What can be asked for is `verbs`.
 
@@ -63,8 +69,31 @@ class HomeRobot:
         notes: What a person should know about the scene, one sentence each.
     """
 
-    verbs = VERBS
-    examples = EXAMPLES
+    task = (
+        "The agent is a robot in a home. Its task is to interact with the objects there "
+        "to accomplish the human's preferences."
+    )
+    completion_phrase = "Task completed"
+    verbs = (
+        Verb("put", "bring or move a thing to a place", ("what", "quantity", "for", "where")),
+        Verb("pick up", "take a thing in the hand", _THING),
+        Verb("open", "open it", _THING),
+        Verb("close", "close it", _THING),
+        Verb("turn on", "switch it on", _THING),
+        Verb("turn off", "switch it off", _THING),
+        Verb("fill", "fill it, with water unless said", ("what", "quantity", "for", "where")),
+        Verb("empty", "pour it out", _THING),
+        Verb("slice", "cut it", _THING, irreversible=True),
+        Verb("cook", "boil, fry, toast or warm it, in the place said", _THING, irreversible=True),
+        Verb("clean", "wash or wipe it", _THING),
+        Verb("make", "prepare a drink or dish", ("what", "quantity", "for", "where")),
+        Verb("break", "break it", _THING, irreversible=True),
+        Verb("push", "push it", _THING),
+        Verb("pull", "pull it", _THING),
+        Verb("finish", "the task is done", ()),
+    )
+    examples = read_examples("goalscope.envs.house")
+    agreed = 0.3
 
     def __init__(self, controller: Controller, *, notes: Sequence[str] = ()) -> None:
         self._primitives = Primitives(controller)
@@ -74,19 +103,6 @@ class HomeRobot:
         self._undoing: list[Action] = []
         self._spots: dict[str, list[tuple[list[float], str]]] = {}
         self.fingerprint()
-
-    @property
-    def task(self) -> str:
-        """The agent and its task, for prompts."""
-        return (
-            "The agent is a robot in a home. Its task is to interact with the objects there "
-            "to accomplish the human's preferences."
-        )
-
-    @property
-    def completion_phrase(self) -> str:
-        """What a person says to end the task."""
-        return "Task completed"
 
     @property
     def metadata(self) -> dict[str, Any]:
@@ -150,8 +166,8 @@ class HomeRobot:
     def resolve(self, order: Order, standing: Standing, pick: Pick) -> Resolution:
         """See `Environment.resolve`; limits need no action, as they bind those that come."""
         view, done = self._view, [action for action, _ in self._done]
-        chooser = Chooser(view, Finder(view, pick), done, bound(view, standing))
-        return Resolver(view, self._start, chooser, standing.asked).resolve(order)
+        finder, untouched = Finder(view, pick), bound(view, standing)
+        return Resolver(view, self._start, finder, done, untouched, standing.asked).resolve(order)
 
     def lasting(self, action: Action) -> bool:
         """Whether the action slices, breaks, uses up or cooks something.
@@ -213,18 +229,9 @@ class HomeRobot:
             return []
         return found
 
-    def kind(self, action: Action) -> str:
-        """See `Environment.kind`."""
-        return self.phrase(action)
-
     def like(self, text: str, most: int) -> list[Occasion]:
         """See `Environment.like`."""
         return shipped_occasions("house")(text, most)
-
-    @property
-    def agreed(self) -> float:
-        """See `Environment.agreed`: the same need has more wordings here, and is soon undone."""
-        return 0.3
 
     def here(self) -> str:
         """The kinds of things in the room."""
@@ -292,11 +299,11 @@ class HomeRobot:
         """Where the things asked about are, and in what state; without a name, the status."""
         if not (order.what or order.where):
             return self.status()
-        return told_of(Finder(self._view, pick), order.what, order.where)
+        return facts_of(Finder(self._view, pick), order.what, order.where)
 
     def checks_met(self, profile: Profile) -> list[bool]:
         """Which of the profile's goal conditions hold now; none while nothing has been changed."""
-        met = conditions_met(profile.checks, self._view.objects)
+        met = checks_met(profile.checks, self._view.objects)
         return [any(self._view.changes(self._start.table)) and each for each in met]
 
     def unwanted(self, profile: Profile) -> list[str]:

@@ -1,17 +1,20 @@
-"""The house as the robot speaks of it: names, places and changes in words."""
+"""The house in words: names of things, places and changes."""
 
 from __future__ import annotations
 
+import re
 from collections import defaultdict
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from typing import Any
 
-from goalscope.envs.house.names import are, names, readable, the
-from goalscope.envs.house.simulator.properties import ACTS
+from goalscope.envs.house.simulator.object_types import ACTS, object_types
 from goalscope.envs.house.simulator.state import innermost, is_whole
 from goalscope.types import Action
 
-__all__ = ["View"]
+__all__ = ["View", "are", "called", "names", "readable", "the"]
+
+_UNKNOWN = "unknown thing"
+"""What a thing of an unknown type is called: its type may be anyone's words."""
 
 _STATES = (
     ("isOpen", "open"), ("isToggled", "on"), ("isSliced", "sliced"), ("isCooked", "cooked"),
@@ -21,7 +24,6 @@ _ENDED = {"isOpen": "closed", "isToggled": "off", "isDirty": "clean"}
 _INSIDE = frozenset(
     {"BathtubBasin", "Bowl", "Cup", "GarbageCan", "Mug", "Pot", "Sink", "SinkBasin"}
 )
-
 
 _SHOWN = 3
 """Most things that one sentence names."""
@@ -167,3 +169,48 @@ def _named(table: Mapping[str, Mapping[str, Any]], before: Mapping[str, str]) ->
         found[own] = f"{kind} {number}"
         taken.add(found[own])
     return found
+
+
+def readable(object_type: str) -> str:
+    """What to call a thing of this type; of a type that is not known, "unknown thing"."""
+    return called(object_type)[0]
+
+
+def called(object_type: str) -> tuple[str, ...]:
+    """All that a thing of this type is called, the usual name first."""
+    known = object_types().get(object_type)
+    if known is None:
+        return (_UNKNOWN,)
+    if known.names:
+        return known.names
+    if object_type.endswith("Sliced"):
+        whole = readable(object_type.removesuffix("Sliced"))
+        forms = (f"slice of {whole}", f"{whole} slice", f"sliced {whole}", f"piece of {whole}")
+        return (*forms, "toast") if whole == "bread" else forms
+    parts = re.findall(r"[A-Z]+(?![a-z])|[A-Z]?[a-z]+|[0-9]+", object_type)
+    words = [part if part.isupper() and 1 < len(part) < 4 else part.lower() for part in parts]
+    return (" ".join(words),)
+
+
+def names(objects: Iterable[Mapping[str, Any]]) -> dict[str, str]:
+    """Object ids and their names in this scene: "egg", or "egg 1" and "egg 2", no name twice."""
+    alike: dict[str, list[tuple[str, str]]] = {}
+    for each in sorted({str(o["objectId"]): str(o["objectType"]) for o in objects}.items()):
+        alike.setdefault(readable(each[1]).casefold(), []).append(each)
+    found: dict[str, str] = {}
+    for several in alike.values():
+        for number, (object_id, object_type) in enumerate(several, 1):
+            name = readable(object_type)
+            found[object_id] = f"{name} {number}" if len(several) > 1 else name
+    return found
+
+
+def the(name: str) -> str:
+    """A name in a sentence: "the egg", but "drawer 2"."""
+    return name if name[-1:].isdigit() else f"the {name}"
+
+
+def are(name: str) -> str:
+    """The verb after a name: "is", but "are" after "the keys"."""
+    word = name.rstrip(" 0123456789")
+    return "are" if word.endswith("s") and not word.endswith("ss") else "is"

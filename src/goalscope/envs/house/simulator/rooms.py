@@ -2,19 +2,24 @@
 
 from __future__ import annotations
 
+import math
 import re
 import zlib
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from importlib.resources.abc import Traversable
 from pathlib import Path
 from typing import Any, cast
 
 from goalscope.envs.house.simulator.geometry import RADIUS, Box, Vec, box_of
-from goalscope.envs.house.simulator.making import free_spot, new_floor, new_object
-from goalscope.envs.house.simulator.object_types import SINGLE, ObjectType, object_types
-from goalscope.envs.house.simulator.properties import STATES, unfit_state
-from goalscope.envs.house.simulator.scene import Scene
-from goalscope.envs.house.simulator.state import ENCLOSING, EYE_HEIGHT, State
+from goalscope.envs.house.simulator.object_types import (
+    SINGLE,
+    STATES,
+    ObjectType,
+    object_types,
+    unfit_state,
+)
+from goalscope.envs.house.simulator.objects import new_floor, new_object
+from goalscope.envs.house.simulator.state import ENCLOSING, EYE_HEIGHT, Scene, State
 from goalscope.envs.tables import is_list, nearest, read_table, refuse_unknown, shown
 from goalscope.types import InvalidInputError
 
@@ -229,7 +234,7 @@ class _Room:
         if name in ENCLOSING:
             width, height, depth = area.size
             level = level._replace(size=(width - 2 * _WALL, height - _WALL, depth - 2 * _WALL))
-        spot = free_spot(level, size, [box_of(each) for each in others])
+        spot = _free_spot(level, size, [box_of(each) for each in others])
         if spot is None or (name in ENCLOSING and size[1] > level.size[1]):
             raise InvalidInputError(
                 f"{label}: there is no room for it in or on the {name}. Put it elsewhere, or give "
@@ -292,3 +297,38 @@ def _numbers(
         what = f"a list of {many} numbers" if max(lengths) > 1 else "a number"
         raise InvalidInputError(f"{label} must be {what} from {low:g} to {high:g}.")
     return [float(each) for each in numbers]
+
+
+def _free_spot(level: Box, size: Vec, others: Iterable[Box]) -> tuple[float, float] | None:
+    """Where (x, z) something of this size is free of others on a level, with some air if possible.
+
+    Args:
+        level: The area, at the height of the middle of what is put there.
+        size: Of what is put there.
+        others: Boxes of what may be in the way.
+    """
+    level = level._replace(size=(level.size[0], size[1], level.size[2]))
+    taken = [box for box in others if _touch(box, level, 0.1)]
+    for gap in (0.1, 0.03, 0.0):
+        for x in _steps(level, 0, size[0]):
+            for z in _steps(level, 2, size[2]):
+                spot = Box((x, level.center[1], z), size)
+                if not any(_touch(spot, box, gap) for box in taken):
+                    return (x, z)
+    return None
+
+
+def _steps(area: Box, axis: int, length: float) -> list[float]:
+    """Where the middle of something of this length may be along an axis: every 5 cm or more."""
+    low, high = area.low(axis) + length / 2, area.high(axis) - length / 2
+    step = max(0.05, (high - low) / 60)
+    return [low + step * each for each in range(math.floor((high - low) / step + 1e-6) + 1)]
+
+
+def _touch(one: Box, other: Box, gap: float) -> bool:
+    """Whether two boxes overlap or, seen from above, are nearer than `gap`."""
+    return all(
+        abs(one.center[axis] - other.center[axis])
+        < (one.size[axis] + other.size[axis]) / 2 + extra - 1e-6
+        for axis, extra in ((0, gap), (1, 0.01), (2, gap))
+    )

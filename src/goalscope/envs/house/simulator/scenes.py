@@ -1,28 +1,51 @@
-"""Where scenes come from: those that come with goalscope, a folder of the user's, or a file."""
+"""Scenes: those of goalscope, those in a folder of the user's, and files, which are checked."""
 
 from __future__ import annotations
 
 import gzip
 import json
+import math
 import os
 import re
 import zlib
-from collections.abc import Callable
+from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
 from importlib.resources import files
 from pathlib import Path
-from typing import Any
+from typing import Any, cast
 
 import platformdirs
 
+from goalscope.envs.house.simulator.geometry import box_metadata, vec
+from goalscope.envs.house.simulator.object_types import LIQUIDS
 from goalscope.envs.house.simulator.rooms import read_room
-from goalscope.envs.house.simulator.scene import Scene
-from goalscope.envs.house.simulator.state import State
+from goalscope.envs.house.simulator.state import Scene, State
+from goalscope.envs.tables import shown
 from goalscope.types import InvalidInputError
 
-__all__ = ["import_scene", "known_scenes", "load_scene", "read_scene", "scenes_folder"]
+__all__ = ["import_scene", "known_scenes", "load_scene", "read_scene", "scene_from_metadata"]
+__all__ += ["scenes_folder"]
 
 MOST_BYTES = 64 * 2**20
+
+MOST_OBJECTS = 2000
+MOST_TEXT = 200
+"""Limits of a scene: 2,000 objects, names of 200 characters."""
+
+MOST_SIZE = 100.0
+"""Longest side of an object, in m."""
+
+_TEXTS = ("objectId", "objectType", "name")
+_FLAGS = (
+    "receptacle", "toggleable", "isToggled", "breakable", "isBroken", "canFillWithLiquid",
+    "isFilledWithLiquid", "dirtyable", "isDirty", "canBeUsedUp", "isUsedUp", "cookable",
+    "isCooked", "isHeatSource", "isColdSource", "sliceable", "isSliced", "openable", "isOpen",
+    "pickupable", "isPickedUp", "moveable",
+)  # fmt: skip
+_ODD = re.compile(
+    r"[\x00-\x1f\x7f-\x9f\xad\u061c\u200b-\u200f\u2028-\u202e\u2060-\u206f\ud800-\udfff\ufeff"
+    r"\ufff9-\ufffb\U000e0000-\U000e007f]|<\|"
+)
 
 
 def read_scene(path: str | Path) -> Scene:
@@ -34,7 +57,7 @@ def read_scene(path: str | Path) -> Scene:
     path = Path(path)
     if path.suffix == ".toml":
         return read_room(path, label=path.name)
-    return Scene.from_metadata(_json(path), label=path.name, name=path.name.partition(".")[0])
+    return scene_from_metadata(_json(path), label=path.name, name=path.name.partition(".")[0])
 
 
 def known_scenes() -> dict[str, Callable[[], Scene]]:
@@ -172,3 +195,189 @@ def _json(path: Path) -> Any:
         ) from None
     except (ValueError, RecursionError) as error:
         raise InvalidInputError(f"The scene {path.name} is not valid JSON: {error}.") from None
+
+
+def scene_from_metadata(metadata: Any, *, label: str, name: str | None = None) -> Scene:
+    """A scene of what AI2-THOR's `event.metadata` holds, or of {objectId: object metadata}.
+
+    Args:
+        metadata: As parsed from JSON; nothing in it is trusted.
+        label: What to call it in errors.
+        name: Name of the scene, where the metadata gives none.
+
+    Raises:
+        InvalidInputError: It is no such metadata; the message names the object and the key.
+    """
+    if not isinstance(metadata, dict):
+        raise InvalidInputError(
+            f"{label}: expected a JSON object with AI2-THOR's metadata, "
+            f"not {type(metadata).__name__}. Save `event.metadata` with json.dump."
+        )
+    table = cast("dict[str, Any]", metadata)
+    listed: object = table["objects"] if "objects" in table else list(table.values())
+    if not isinstance(listed, list) or not listed:
+        raise InvalidInputError(f"{label}: there are no objects in it.")
+    rows = cast("list[Any]", listed)
+    if len(rows) > MOST_OBJECTS:
+        raise InvalidInputError(
+            f"{label}: {len(rows):,} objects; a scene may have {MOST_OBJECTS:,}."
+        )
+    objects = tuple(_object(row, f"{label}, object {n}") for n, row in enumerate(rows, 1))
+    ids = [each["objectId"] for each in objects]
+    for each in ids:
+        if ids.count(each) > 1:
+            raise InvalidInputError(f"{label}: two objects have the id {each!r}.")
+    held = [each["objectId"] for each in objects if each["isPickedUp"]]
+    if len(held) > 1:
+        raise InvalidInputError(
+            f"{label}: {held[0]!r} and {held[1]!r} are both picked up; a hand holds one thing."
+        )
+    agent = table.get("agent")
+    if agent is not None:
+        agent = _agent(agent, f"{label}, agent")
+    title = table.get("sceneName") or name or "Imported"
+    if not _is_text(title, MOST_TEXT):
+        raise InvalidInputError(f"{label}: 'sceneName' must be a short text.")
+    odd = sorted({str(each["fillLiquid"]) for each in rows if _is_odd_liquid(each)})
+    note = f"The house knows no {' or '.join(odd[:5])}: what holds it counts as filled."
+    return Scene(str(title), objects, agent, (note,) if odd else ())
+
+
+def _object(row: Any, label: str) -> dict[str, Any]:
+    """The object's metadata with every key that the house needs, checked."""
+    if not isinstance(row, dict):
+        raise InvalidInputError(f"{label}: expected a JSON object, not {type(row).__name__}.")
+    given = cast("dict[str, Any]", row)
+    for key in _TEXTS:
+        text = given.get(key, given.get("objectId") if key == "name" else None)
+        if not text or not _is_text(text, MOST_TEXT):
+            raise InvalidInputError(
+                f"{label}: {key!r} must be a text of 1 to {MOST_TEXT} characters without control "
+                "characters. Is this the metadata of AI2-THOR 5?"
+            )
+    label = f"{label} {given['objectId']!r}"
+    flags = {key: _flag(given.get(key, False), label, key) for key in _FLAGS}
+    position = _vector(given.get("position"), f"{label}, 'position'")
+    lists = {
+        key: _ids(given.get(key), f"{label}, {key!r}")
+        for key in ("parentReceptacles", "receptacleObjectIds", "controlledObjects")
+    }
+    if flags["receptacle"] and lists["receptacleObjectIds"] is None:
+        lists["receptacleObjectIds"] = []
+    temperature = given.get("temperature", "RoomTemp")
+    if temperature not in ("RoomTemp", "Hot", "Cold"):
+        raise InvalidInputError(f"{label}: 'temperature' must be RoomTemp, Hot or Cold.")
+    liquid = given.get("fillLiquid")
+    if liquid is not None and not _is_text(liquid, 20):
+        raise InvalidInputError(f"{label}: 'fillLiquid' must be a short text or null.")
+    materials = given.get("salientMaterials")
+    return {
+        **{key: given.get(key, "") for key in _TEXTS},
+        "name": given.get("name") or given["objectId"],
+        "assetId": given["assetId"] if _is_text(given.get("assetId"), MOST_TEXT) else "",
+        "position": position,
+        "rotation": _vector(given.get("rotation", {"x": 0, "y": 0, "z": 0}), f"{label}, rotation"),
+        "visible": False,
+        "isInteractable": False,
+        "distance": 0.0,
+        **flags,
+        "fillLiquid": None if _is_odd_liquid(given) else liquid,
+        "temperature": temperature,
+        "openness": float(flags["isOpen"]) if "openness" not in given else _share(given, label),
+        "mass": _number(given.get("mass", 0.0), f"{label}, 'mass'"),
+        "salientMaterials": [
+            each for each in cast("list[Any]", materials)[:20] if _is_text(each, 40)
+        ]
+        if isinstance(materials, list)
+        else None,
+        **lists,
+        "isMoving": False,
+        "axisAlignedBoundingBox": _bounds(given.get("axisAlignedBoundingBox"), position, label),
+        "objectOrientedBoundingBox": _oriented(given.get("objectOrientedBoundingBox")),
+    }
+
+
+def _is_odd_liquid(given: Mapping[str, Any]) -> bool:
+    return given.get("fillLiquid") not in (None, *LIQUIDS)
+
+
+def _agent(given: Any, label: str) -> dict[str, Any]:
+    if not isinstance(given, dict):
+        raise InvalidInputError(f"{label}: expected a JSON object.")
+    agent = cast("dict[str, Any]", given)
+    return {
+        "name": "agent",
+        "position": _vector(agent.get("position"), f"{label}, 'position'"),
+        "rotation": _vector(agent.get("rotation"), f"{label}, 'rotation'"),
+        "cameraHorizon": _number(agent.get("cameraHorizon", 0.0), f"{label}, 'cameraHorizon'"),
+        "isStanding": bool(agent.get("isStanding", True)),
+        "inHighFrictionArea": False,
+    }
+
+
+def _is_text(value: Any, most: int) -> bool:
+    return isinstance(value, str) and len(value) <= most and not _ODD.search(value)
+
+
+def _flag(value: Any, label: str, key: str) -> bool:
+    if not isinstance(value, bool):
+        raise InvalidInputError(f"{label}: {key!r} must be true or false, not {shown(value)}.")
+    return value
+
+
+def _number(value: Any, label: str) -> float:
+    if isinstance(value, bool) or not isinstance(value, int | float) or not abs(value) < 1e6:
+        raise InvalidInputError(f"{label} must be a number, not {shown(value)}.")
+    return float(value)
+
+
+def _share(given: Mapping[str, Any], label: str) -> float:
+    openness = _number(given["openness"], f"{label}, 'openness'")
+    if not 0 <= openness <= 1:
+        raise InvalidInputError(f"{label}: 'openness' must lie between 0 and 1.")
+    return openness
+
+
+def _vector(value: Any, label: str) -> dict[str, float]:
+    point = cast("dict[str, Any]", value) if isinstance(value, dict) else {}
+    if not {"x", "y", "z"} <= point.keys():
+        raise InvalidInputError(f"{label} must be {{x, y, z}}, not {shown(cast('object', value))}.")
+    return {axis: _number(point[axis], label) for axis in "xyz"}
+
+
+def _ids(value: Any, label: str) -> list[str] | None:
+    if value is None:
+        return None
+    if not isinstance(value, list):
+        raise InvalidInputError(f"{label} must be a list of ids or null.")
+    ids = cast("list[Any]", value)
+    if not all(_is_text(each, MOST_TEXT) for each in ids):
+        raise InvalidInputError(f"{label} must be a list of ids or null.")
+    return list(ids)
+
+
+def _bounds(value: Any, position: Mapping[str, float], label: str) -> dict[str, Any]:
+    """The axis-aligned box; a small one around the position where there is none."""
+    box = cast("dict[str, Any]", value) if isinstance(value, dict) else {}
+    center = _vector(box.get("center", dict(position)), f"{label}, box center")
+    size = _vector(box.get("size", {"x": 0.1, "y": 0.1, "z": 0.1}), f"{label}, box size")
+    if not all(0 <= each <= MOST_SIZE for each in size.values()):
+        raise InvalidInputError(
+            f"{label}: the size of its box must lie between 0 and {MOST_SIZE:.0f} m."
+        )
+    return box_metadata(vec(center), vec(size))
+
+
+def _oriented(value: Any) -> dict[str, Any] | None:
+    corners: Any = (
+        cast("dict[str, Any]", value).get("cornerPoints") if isinstance(value, dict) else 0
+    )
+    if not isinstance(corners, Sequence) or len(cast("Sequence[Any]", corners)) != 8:
+        return None
+    try:
+        points = [[float(each) for each in corner] for corner in cast("Any", corners)]
+    except (TypeError, ValueError, OverflowError):
+        return None
+    if any(len(point) != 3 or not all(map(math.isfinite, point)) for point in points):
+        return None
+    return {"cornerPoints": points}

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Iterator, Mapping
+from dataclasses import dataclass
 from typing import Any
 
 from goalscope.envs.house.simulator.geometry import (
@@ -17,11 +18,11 @@ from goalscope.envs.house.simulator.geometry import (
     sees,
     vec,
 )
-from goalscope.envs.house.simulator.scene import Scene
 from goalscope.envs.tables import shown
 from goalscope.types import InvalidInputError
 
-__all__ = ["ENCLOSING", "Failure", "State", "by_id", "innermost", "is_at", "is_whole", "number"]
+__all__ = ["ENCLOSING", "Failure", "Scene", "State", "by_id", "innermost", "is_at", "is_whole"]
+__all__ += ["number"]
 
 ENCLOSING = frozenset({"Box", "Cabinet", "Drawer", "Fridge", "LaundryHamper", "Microwave", "Safe"})
 """Receptacles that hide what is in them while they are closed, and must be open for a put."""
@@ -52,6 +53,23 @@ _STEP_OVER = 0.15
 _FLAT = frozenset({"Floor", "Wall", "Doorway", "Doorframe", "Painting", "Poster", "Curtains",
                    "Blinds", "Window", "LightSwitch", "Mirror", "SinkBasin", "BathtubBasin",
                    "ShowerCurtain", "RoomDecor", "StoveKnob", "StoveBurner", "Faucet"})  # fmt: skip
+
+
+@dataclass(frozen=True, eq=False)
+class Scene:
+    """One room at its start.
+
+    Attributes:
+        name: As in AI2-THOR, such as "FloorPlan1_physics".
+        objects: AI2-THOR's metadata of each object.
+        agent: AI2-THOR's metadata of the agent; None lets the house choose a free place.
+        notes: What a person should know about what was read, one sentence each.
+    """
+
+    name: str
+    objects: tuple[Mapping[str, Any], ...]
+    agent: Mapping[str, Any] | None = None
+    notes: tuple[str, ...] = ()
 
 
 class Failure(Exception):

@@ -8,13 +8,11 @@ from collections.abc import Callable, Mapping
 from typing import Any
 
 from goalscope.envs.house.simulator.acts import ACTS
-from goalscope.envs.house.simulator.effects import settle
-from goalscope.envs.house.simulator.geometry import STANDING_CAMERA, Pose, as_dict, box_of
+from goalscope.envs.house.simulator.geometry import STANDING_CAMERA, Pose, as_dict, box_of, vec
 from goalscope.envs.house.simulator.motion import MOTIONS, QUERIES
-from goalscope.envs.house.simulator.scene import Scene
-from goalscope.envs.house.simulator.state import HAND, Failure, State
+from goalscope.envs.house.simulator.state import HAND, Failure, Scene, State
 
-__all__ = ["ACTIONS", "House"]
+__all__ = ["ACTIONS", "ROOM_TEMPERATURE_AFTER", "House"]
 
 ACTIONS: Mapping[str, Callable[..., Any]] = {**ACTS, **MOTIONS, **QUERIES}
 """Every action of the house, by AI2-THOR's name."""
@@ -41,6 +39,12 @@ x and y are a place on the screen then: what an action is for is told by `object
 
 CEILING = 2.6
 """Least height of a room, in m."""
+
+ROOM_TEMPERATURE_AFTER = 10.0
+"""Seconds after which what is away from heat and cold has the temperature of the room."""
+
+_BASINS = ("SinkBasin", "BathtubBasin")
+_SINKS = ("Sink", "Bathtub")
 
 _PARAMETERS = {
     name: {
@@ -82,13 +86,13 @@ class House:
         except Failure as failure:
             return self.metadata(name, error=str(failure), code=failure.code)
         if name not in QUERIES:
-            settle(self.state, SECONDS)
+            _settle(self.state, SECONDS)
             self.state.look()
         return self.metadata(name, returned=returned)
 
     def advance(self, seconds: float) -> None:
         """Let time pass: what is hot or cold goes to the temperature of the room."""
-        settle(self.state, seconds)
+        _settle(self.state, seconds)
 
     def metadata(
         self,
@@ -213,3 +217,71 @@ def _call(name: Any, action: Mapping[str, Any]) -> tuple[Callable[..., Any], dic
         if key in ("forceAction", "standing") and value is not None and type(value) is not bool:
             raise Failure(f"{key} must be true or false, not {value!r:.40}", "InvalidArgument")
     return function, given
+
+
+def _settle(state: State, seconds: float) -> None:
+    """Let `seconds` pass, and every fridge, fire and tap do its work."""
+    state.clock += seconds
+    kept: set[str] = set()
+    for thing in list(state.objects.values()):
+        match thing["objectType"]:
+            case "Fridge":
+                _reach(state, thing, "Cold", kept)
+            case "StoveBurner" | "Microwave" | "Toaster" if thing["isToggled"]:
+                _reach(state, thing, "Hot", kept)
+                for each in state.carried(thing["objectId"]):
+                    if each["cookable"]:
+                        each["isCooked"] = True
+            case "StoveBurner":
+                kept.update(each["objectId"] for each in state.carried(thing["objectId"]))
+            case "CoffeeMachine" if thing["isToggled"]:
+                _brew(state, thing, kept)
+            case "Faucet" | "ShowerHead" if thing["isToggled"]:
+                _rinse(state, thing)
+            case _:
+                pass
+    _cool(state, kept)
+
+
+def _reach(state: State, source: dict[str, Any], temperature: str, kept: set[str]) -> None:
+    for each in state.carried(source["objectId"]):
+        each["temperature"] = temperature
+        kept.add(each["objectId"])
+
+
+def _brew(state: State, machine: dict[str, Any], kept: set[str]) -> None:
+    for each in state.contents(machine["objectId"]):
+        if each["objectType"] == "Mug":
+            kept.add(each["objectId"])
+            if not each["isFilledWithLiquid"]:
+                each["isFilledWithLiquid"], each["fillLiquid"] = True, "coffee"
+                each["temperature"] = "Hot"
+
+
+def _rinse(state: State, tap: dict[str, Any]) -> None:
+    """Clean and fill what stands in the basin under the tap."""
+    here = vec(tap["position"])
+    basins = [each for each in state.objects.values() if each["objectType"] in _BASINS]
+    if not basins:
+        return
+    nearest = min(basins, key=lambda each: math.dist(vec(each["position"]), here))
+    sinks = [each for each in state.parents(nearest) if each["objectType"] in _SINKS]
+    sink = state.objects.get(nearest["objectId"].rpartition("|")[0], *sinks[:1])
+    for basin in filter(None, (nearest, sink)):
+        for each in state.contents(basin["objectId"]):
+            if each["dirtyable"]:
+                each["isDirty"] = False
+            if each["canFillWithLiquid"] and not each["isFilledWithLiquid"]:
+                if each["openable"] and not each["isOpen"]:
+                    continue
+                each["isFilledWithLiquid"], each["fillLiquid"] = True, "water"
+
+
+def _cool(state: State, kept: set[str]) -> None:
+    """Take what has been away from heat and cold for long enough to the room's temperature."""
+    for own, thing in state.objects.items():
+        if thing["temperature"] == "RoomTemp" or own in kept or not thing["pickupable"]:
+            state.cooling.pop(own, None)
+        elif state.clock - state.cooling.setdefault(own, state.clock) >= ROOM_TEMPERATURE_AFTER:
+            thing["temperature"] = "RoomTemp"
+            del state.cooling[own]

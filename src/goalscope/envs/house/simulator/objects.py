@@ -1,15 +1,16 @@
-"""What is there after a slice: AI2-THOR's pieces of a loaf, a vegetable, an egg."""
+"""AI2-THOR's metadata of new objects: of a type at a place, and the pieces of what is sliced."""
 
 from __future__ import annotations
 
+import math
 import re
 from collections.abc import Mapping
 from typing import Any
 
-from goalscope.envs.house.simulator.geometry import as_dict, box_metadata, box_of, vec
-from goalscope.envs.house.simulator.object_types import FLAGS, object_type
+from goalscope.envs.house.simulator.geometry import Vec, as_dict, box_metadata, box_of, vec
+from goalscope.envs.house.simulator.object_types import FLAGS, STATES, ObjectType, object_type
 
-__all__ = ["pieces", "slices_of"]
+__all__ = ["new_floor", "new_object", "pieces", "slices_of"]
 
 _NAMES = {
     "Apple": "AppleSliced",
@@ -27,6 +28,56 @@ _BY_ASSET = {
     "Potato": {6: tuple(range(21, 31)), 9: tuple(range(11, 21))},
 }  # fmt: skip
 """Number of pieces, for the numbers of AI2-THOR's assets that differ from the usual one."""
+
+
+def new_object(kind: ObjectType, position: Vec, size: Vec, rotation: float) -> dict[str, Any]:
+    """AI2-THOR's metadata of an object with its underside's middle at `position`."""
+    can = {flag: flag in kind.flags for flag in FLAGS}
+    fixed = not (can["pickupable"] or can["moveable"])
+    x, y, z = position
+    turn = math.radians(rotation)
+    cos, sin = math.cos(turn), math.sin(turn)
+    corners = [
+        [x + a * size[0] / 2 * cos + b * size[2] / 2 * sin, up,
+         z - a * size[0] / 2 * sin + b * size[2] / 2 * cos]
+        for up in (y, y + size[1])
+        for a, b in ((1, 1), (-1, 1), (-1, -1), (1, -1))
+    ]  # fmt: skip
+    width = abs(size[0] * cos) + abs(size[2] * sin)
+    depth = abs(size[0] * sin) + abs(size[2] * cos)
+    return {
+        "name": "",
+        "position": as_dict(position),
+        "rotation": {"x": 0.0, "y": rotation % 360, "z": 0.0},
+        "visible": False,
+        "isInteractable": False,
+        **can,
+        **{state: False for state in STATES if state.startswith("is")},
+        "fillLiquid": None,
+        "temperature": "RoomTemp",
+        "openness": 0.0,
+        "mass": kind.mass,
+        "salientMaterials": list(kind.materials) or None,
+        "receptacleObjectIds": [] if can["receptacle"] else None,
+        "distance": 0.0,
+        "objectType": kind.name,
+        "objectId": "|".join([kind.name, *(f"{round(v, 2) + 0.0:+06.2f}" for v in position)]),
+        "assetId": "",
+        "parentReceptacles": None,
+        "controlledObjects": None,
+        "isMoving": False,
+        "axisAlignedBoundingBox": box_metadata((x, y + size[1] / 2, z), (width, size[1], depth)),
+        "objectOrientedBoundingBox": None if fixed else {"cornerPoints": corners},
+    }
+
+
+def new_floor(width: float, depth: float) -> dict[str, Any]:
+    """AI2-THOR's metadata of a floor from x = 0 and z = 0, with its top at y = 0."""
+    size = (width, 0.1, depth)
+    kind = ObjectType("Floor", frozenset({"receptacle"}), (), 0.0, size, frozenset())
+    floor = new_object(kind, (width / 2, 0.0, depth / 2), size, 0.0)
+    floor["axisAlignedBoundingBox"] = box_metadata((width / 2, -0.05, depth / 2), size)
+    return floor
 
 
 def pieces(kind: str) -> str:

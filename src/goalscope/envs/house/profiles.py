@@ -7,13 +7,12 @@ from importlib.resources import files
 from pathlib import Path
 from typing import Any, cast
 
-from goalscope.envs.house.simulator.object_types import object_types
-from goalscope.envs.house.simulator.properties import STATES, unfit_state
+from goalscope.envs.house.simulator.object_types import STATES, object_types, unfit_state
 from goalscope.envs.house.simulator.state import by_id, is_whole
 from goalscope.envs.tables import is_list, nearest, read_profiles, refuse_unknown, shown
 from goalscope.types import InvalidInputError, Profile
 
-__all__ = ["conditions_met", "load_profiles", "types_in"]
+__all__ = ["checks_met", "load_profiles", "types_in"]
 
 _FORMS: Mapping[str, tuple[str, ...]] = {"object": ("count",), "every": (), "no": ()}
 """The forms of a check by their leading key, with the keys that may stand beside it."""
@@ -54,7 +53,7 @@ def load_profiles(path: Path | str | None = None) -> tuple[Profile, ...]:
     return profiles
 
 
-def conditions_met(
+def checks_met(
     checks: Sequence[Mapping[str, Any]], objects: Iterable[Mapping[str, Any]]
 ) -> list[bool]:
     """Which of the `checks` (see `load_profiles`) hold of the `objects`, AI2-THOR's metadata."""

@@ -1,18 +1,18 @@
-"""What the robot may do now: what affordances allow, what cooks, and what it must not touch."""
+"""The robot's actions: which are possible now, which cook something, and what undoes them."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from typing import Any
 
+from goalscope.envs import Resolution
 from goalscope.envs.house.simulator.geometry import box_of, spots
-from goalscope.envs.house.simulator.object_types import SINGLE, object_type
-from goalscope.envs.house.simulator.properties import ACTS
+from goalscope.envs.house.simulator.object_types import ACTS, PREDICATES, SINGLE, object_type
 from goalscope.envs.house.simulator.state import is_whole
-from goalscope.envs.house.view import View
+from goalscope.envs.house.view import View, the
 from goalscope.types import Action
 
-__all__ = ["FILLS", "IRREVERSIBLE", "NAMES", "accepts", "cooks", "possible"]
+__all__ = ["FILLS", "IRREVERSIBLE", "NAMES", "accepts", "cooks", "possible", "starts", "undoing"]
 
 FILLS = {"fill": "water", "fill with coffee": "coffee", "fill with wine": "wine"}
 """What the actions that fill something fill it with."""
@@ -23,6 +23,8 @@ NAMES = (*ACTS, *FILLS, "put", "pick up", "push", "pull", "finish")
 IRREVERSIBLE = ("break", "slice", "use up", "cook")
 """The actions that nobody can undo."""
 
+_RESTORED = ("turn off", "turn on", "open", "close", "empty", "fill")
+
 _HEATS = frozenset({"Microwave", "StoveBurner", "Toaster"})
 _RUNNING = frozenset({"Faucet", "ShowerHead", "StoveKnob"})
 """What nobody leaves on unattended, besides heat: it is turned on when the person asks for it."""
@@ -32,6 +34,8 @@ _DEEP = frozenset({"Bowl", "Cup", "Mug"})
 
 _ONLY_ON_REQUEST = frozenset({"break", "dirty", "use up", "open", "close", "empty"})
 """Acts that no goal is served by: they are done when the person asks for them."""
+
+_Table = Mapping[str, Mapping[str, Any]]
 
 
 def possible(view: View, own: str) -> Iterator[Action]:
@@ -116,3 +120,68 @@ def _fits(view: View, thing: Mapping[str, Any], place: Mapping[str, Any]) -> boo
     inside = (view.table.get(own) for own in place["receptacleObjectIds"] or ())
     taken = [box_of(each) for each in inside if each and each["pickupable"]]
     return bool(spots(room, size, taken, (0.0, 0.0)))
+
+
+def undoing(
+    view: View, was: _Table, then: _Table, done: Sequence[Action], untouched: Collection[str]
+) -> Resolution:
+    """What brings back what some actions changed, and what of it stays.
+
+    Args:
+        view: The house now.
+        was: Metadata by id, from before the actions.
+        then: The same after them.
+        done: The actions.
+        untouched: Ids of what must not be touched.
+    """
+    changed = [
+        own
+        for own, thing in then.items()
+        if own in was and any(thing[key] != was[own][key] for key in (*PREDICATES, "fillLiquid"))
+    ]
+    free = [own for own in changed if own not in untouched]
+    plan = _restoring(view, was, free)
+    kept = {act.target for act in _restoring(view, was, changed)} - {act.target for act in plan}
+    told = [f"I leave {the(name)} alone, as you asked." for name in sorted(kept)]
+    pushed = (view.phrase(each) for each in done if each.name in ("push", "pull"))
+    lost = (each for own in changed for each in _lost(view, was, own))
+    told += [f"I cannot undo that: {each}." for each in (*pushed, *lost)]
+    return Resolution(tuple(plan), " ".join(told))
+
+
+def _restoring(view: View, was: _Table, things: Sequence[str]) -> list[Action]:
+    """What brings things back to how they were, as far as anything can."""
+    plan: list[Action] = []
+    for own in things:
+        now, then, name = view.table[own], was[own], view.names[own]
+        if not is_whole(now):
+            continue
+        for verb in _RESTORED:
+            needs, state, value = ACTS[verb]
+            able = now[needs] and now["objectType"] != "StoveBurner"
+            if able and now[state] != then[state] == value:
+                filled = (act for act, liquid in FILLS.items() if liquid == then["fillLiquid"])
+                plan.append(Action(next(filled, verb) if verb == "fill" else verb, name))
+        home = view.place(then)
+        if now["pickupable"] and home and (now["isPickedUp"] or view.place(now) != home):
+            plan.append(Action("put", name, destination=home))
+        if then["isPickedUp"] and not now["isPickedUp"]:
+            plan.append(Action("pick up", name))
+    held = view.names.get(view.held, "")
+    return sorted(
+        plan,
+        key=lambda act: (
+            act.name == "pick up",
+            act.name != "turn off",
+            act.target != held,
+            act.name != "put",
+        ),
+    )
+
+
+def _lost(view: View, was: _Table, own: str) -> Iterator[str]:
+    """What was done to a thing that nothing brings back."""
+    for verb in (*IRREVERSIBLE, "clean"):
+        _, state, value = ACTS[verb]
+        if view.table[own][state] == value != was[own][state]:
+            yield f"{verb} {the(view.names[own])}"

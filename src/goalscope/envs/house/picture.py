@@ -1,4 +1,4 @@
-"""A room from above as an SVG that stands alone."""
+"""A room from above as an SVG that stands alone, and in words."""
 
 from __future__ import annotations
 
@@ -10,9 +10,7 @@ from dataclasses import dataclass
 from textwrap import shorten, wrap
 from typing import Any
 
-from goalscope.envs.house.picture.floor_plan import Piece, Plan, floor_plan
-from goalscope.envs.house.picture.footprints import Box, Point, area, middle_of
-from goalscope.envs.house.picture.style import LEGEND, style
+from goalscope.envs.house.floor_plan import Box, Piece, Plan, Point, area, floor_plan, middle_of
 from goalscope.types import pluralize
 
 __all__ = ["svg_picture", "told"]
@@ -24,6 +22,46 @@ GLYPH = 0.6  # mean width of a character, in font sizes
 LINE = 17.0
 DISC = 8.5
 CHANGES = 6
+_LAYERS = ("wall", "furniture", "fitted", "thing")
+_SPOTS = sorted(
+    ((right / 4, down / 4) for right in range(-2, 3) for down in range(-2, 3)),
+    key=lambda spot: abs(spot[0]) + abs(spot[1]),
+)
+
+LEGEND = ("open", "on", "hot", "cold", "dirty", "filled", "changed")
+"""The states whose colours a picture explains."""
+
+LIGHT = {"paper": "#fff", "floor": "#f6f3ee", "wall": "#4a4a4a", "piece": "#e2d9cb",
+         "edge": "#a4937a", "ink": "#2b2b2b", "soft": "#6b675f", "glass": "#8fc3e8",
+         "robot": "#0b7285", "changed": "#e8590c", "open": "#2b8a3e", "on": "#e0a800",
+         "hot": "#d6336c", "cold": "#1c7ed6", "dirty": "#8d5a2b", "filled": "#0c9fb5",
+         "other": "#7048e8"}  # fmt: skip
+DARK = {"paper": "#1b1b1d", "floor": "#26262a", "wall": "#b9b9b9", "piece": "#3a3731",
+        "edge": "#7d7464", "ink": "#ececec", "soft": "#a8a59e", "glass": "#4f87ab",
+        "robot": "#3bc9db", "changed": "#ff922b", "open": "#51cf66", "on": "#ffd43b",
+        "hot": "#f783ac", "cold": "#4dabf7", "dirty": "#c08a55", "filled": "#66d9e8",
+        "other": "#b197fc"}  # fmt: skip
+STYLE = """
+text{font:12px system-ui,"DejaVu Sans",sans-serif;fill:var(--ink)}
+.paper{fill:var(--paper)}.room{fill:var(--floor);stroke:var(--wall);stroke-width:5}
+.furniture{fill:var(--piece);stroke:var(--edge);stroke-linejoin:round}
+.fitted{fill:none;stroke:var(--edge);stroke-dasharray:3 3;opacity:.7}
+.wall{fill:var(--glass);stroke:none;opacity:.75}
+.thing{fill:var(--soft);stroke:var(--paper);stroke-width:1}
+.name,.number,.robot-name{text-anchor:middle;dominant-baseline:central}
+.name{font-weight:600}.number{font-size:10px;font-weight:700;fill:var(--paper)}
+.lead{stroke:var(--ink);stroke-width:.8}.spot{fill:var(--ink)}.soft{fill:var(--soft)}
+.title{font-size:17px;font-weight:700}
+.robot{fill:var(--robot);stroke:var(--paper);stroke-width:1.5}.view{fill:var(--robot);opacity:.16}
+.robot-name{font-weight:700;fill:var(--robot)}
+.furniture.open,.fitted.open{stroke:var(--open);stroke-width:2.5}
+.furniture.on{stroke:var(--on);stroke-width:2.5}
+.thing.open{fill:var(--open)}.thing.on{fill:var(--on)}.thing.hot{fill:var(--hot)}
+.thing.cold{fill:var(--cold)}.thing.dirty{fill:var(--dirty)}.thing.filled{fill:var(--filled)}
+.thing.other{fill:var(--other)}
+.furniture.changed,.fitted.changed,.wall.changed,.thing.changed{stroke:var(--changed);stroke-width:2.5}
+text.changed{fill:var(--changed);font-weight:700}
+"""
 
 
 def svg_picture(
@@ -73,17 +111,11 @@ class _Drawing:
         self.inside: dict[str, list[Piece]] = {}
         for piece in plan.pieces:
             self.inside.setdefault(piece.parent, []).append(piece)
-        self.root = ET.Element(
-            "svg",
-            {
-                "xmlns": "http://www.w3.org/2000/svg",
-                "role": "img",
-                "aria-labelledby": "title desc",
-            },
-        )
+        shown = {"role": "img", "aria-labelledby": "title desc"}
+        self.root = ET.Element("svg", {"xmlns": "http://www.w3.org/2000/svg", **shown})
         self._add("title", {"id": "title"}, f"{plan.name or 'A room'} from above")
         self._add("desc", {"id": "desc"}, told(plan))
-        self._add("style", {}, style())
+        self._add("style", {}, _style())
         self._add("rect", {"class": "paper", "width": "100%", "height": "100%"})
         self._heading()
         self._add("polygon", {"class": "room", "points": self._corners()})
@@ -142,8 +174,6 @@ class _Drawing:
         return piece.described + (f": {', '.join(contents)}" if contents else "")
 
     def _robot(self) -> None:
-        if self.plan.robot is None:
-            return
         x, y = self._xy(self.plan.robot)
         turn = {"transform": f"translate({x:.1f} {y:.1f}) rotate({self.plan.heading:.1f})"}
         walls = self._add("clipPath", {"id": "walls"})
@@ -154,7 +184,7 @@ class _Drawing:
         self.taken.append(_centred((x, y), 24, 26))
         at = (min(max(x, self.left + 20), self.width - self.left - 20), y + 20)
         self._text("robot-name", "robot", at)
-        self.taken.append(_box(at, "robot", FONT))
+        self.taken.append(_centred(at, len("robot") * FONT * GLYPH, FONT + 2))
 
     def _middle(self, piece: Piece) -> Point:
         return self._xy(middle_of(piece.box))
@@ -165,7 +195,7 @@ class _Drawing:
         for piece in sorted(self.plan.pieces, key=lambda each: not each.changed):
             hides = any(each.hidden for each in self.inside.get(piece.id, []))
             fitted = piece.kind == "fitted" and hides and not piece.id.endswith("Basin")
-            if piece.at is None or not (piece.is_on_map or fitted or piece.kind == "wall"):
+            if not (piece.is_on_map or fitted or piece.kind == "wall"):
                 continue
             spot = self._xy(piece.at)
             for mark in marks:
@@ -254,8 +284,7 @@ class _Drawing:
     def _heading(self) -> None:
         plan = self.plan
         self._text("title", plan.name or "room", (MARGIN, 24))
-        held = ", ".join(piece.described for piece in plan.held) or "nothing"
-        told = f"The robot looks {plan.looks} and holds {held}. North is up."
+        told = f"The robot looks {plan.looks} and holds {plan.held}. North is up."
         self._text("soft", shorten(told, self._fits(self.width), placeholder="..."), (MARGIN, 42))
 
     def _fits(self, width: float) -> int:
@@ -307,26 +336,14 @@ class _Drawing:
         return y + 4
 
 
-_LAYERS = ("wall", "furniture", "fitted", "thing")
-_SPOTS = sorted(
-    ((right / 4, down / 4) for right in range(-2, 3) for down in range(-2, 3)),
-    key=lambda spot: abs(spot[0]) + abs(spot[1]),
-)
-
-
 def _alike(one: Piece, other: Piece) -> bool:
     """Whether one number may stand for both: two apples on a table, say."""
 
-    def kind(piece: Piece) -> tuple[object, ...]:
-        return (
-            _name_and_number(piece.name)[0],
-            piece.kind,
-            piece.parent,
-            piece.shown_marks,
-            piece.changed,
-        )
+    def look(piece: Piece) -> tuple[object, ...]:
+        name, _ = _name_and_number(piece.name)
+        return name, piece.kind, piece.parent, piece.shown_marks, piece.changed
 
-    return kind(one) == kind(other)
+    return look(one) == look(other)
 
 
 def _listed(pieces: Sequence[Piece]) -> list[str]:
@@ -362,8 +379,7 @@ def told(plan: Plan) -> str:
     """The picture in words."""
     furniture = [piece.described for piece in plan.pieces if piece.kind == "furniture"]
     things = [piece.described for piece in plan.pieces if piece.kind == "thing" and not piece.held]
-    held = ", ".join(piece.described for piece in plan.held) or "nothing"
-    said = [f"The robot looks {plan.looks} and holds {held}."]
+    said = [f"The robot looks {plan.looks} and holds {plan.held}."]
     said += [f"Furniture: {', '.join(furniture)}."] if furniture else []
     said += [f"Things: {', '.join(things)}."] if things else []
     said += [f"Changed: {'; '.join(plan.changes)}."] if plan.changes else []
@@ -380,9 +396,14 @@ def _state(piece: Piece) -> str:
     return " ".join(filter(None, (state, "changed" if piece.changed else "")))
 
 
-def _box(at: Point, text: str, font: float) -> Box:
-    return _centred(at, len(text) * font * GLYPH, font + 2)
-
-
 def _centred(at: Point, wide: float, high: float) -> Box:
     return at[0] - wide / 2, at[1] - high / 2, at[0] + wide / 2, at[1] + high / 2
+
+
+def _style() -> str:
+    """The style sheet with its colours written out, as not every program knows variables."""
+
+    def coloured(colours: Mapping[str, str]) -> str:
+        return re.sub(r"var\(--(\w+)\)", lambda found: colours[found[1]], STYLE)
+
+    return f"{coloured(LIGHT)}@media(prefers-color-scheme:dark){{{coloured(DARK)}}}"

@@ -1,20 +1,90 @@
-"""What a person said that their basket has to be: diets, refusals and a budget."""
+"""Diets and allergies: which items a person's limits rule out."""
 
 from __future__ import annotations
 
+import re
+import tomllib
+from collections.abc import Mapping
 from dataclasses import dataclass
 from decimal import Decimal
+from functools import cache
+from importlib.resources import files
 
 from goalscope.envs.grocery.catalogue import Item
-from goalscope.envs.grocery.restrictions import DIETS, finder, violates
 from goalscope.orders import Order
 from goalscope.standing import GRAVE, Standing
 from goalscope.words import names, singulars
 
-__all__ = ["Bounds", "bounds_of", "diets_of", "refusal"]
+__all__ = ["DIETS", "Bounds", "Diet", "bounds_of", "diets_of", "refusal", "violates"]
 
 _GOODS = frozenset(("food", "product", "thing", "stuff", "diet", "item", "option", "meal"))
-"""Words that say no more of what has to be so."""
+"""Words that say nothing of a diet: "vegan food"."""
+
+
+@dataclass(frozen=True, slots=True)
+class Diet:
+    """One restriction; its phrases are in the singular, with commas between.
+
+    Attributes:
+        harmless: Phrases in an item's name that make it fit.
+        violating: Phrases that make an item violate it; every other item does where this is empty.
+        refused: What a person who follows it refuses, as in "no wheat".
+        allergens: What else an allergy names it by, as in "allergic to almonds".
+        named: Other names of the diet, and of those who follow it.
+        saving: Phrases to pass over before looking for violating ones.
+        guessed: The stricter restriction that guesses keep to.
+    """
+
+    harmless: str
+    violating: str = ""
+    refused: str = ""
+    allergens: str = ""
+    named: str = ""
+    saving: str = ""
+    guessed: str = ""
+
+
+def _read_diets() -> Mapping[str, Diet]:
+    source = files("goalscope.envs.grocery") / "data" / "diets.toml"
+    tables = tomllib.loads(source.read_text(encoding="utf-8"))
+    lists: dict[str, str] = {}
+    for name, phrases in tables["lists"].items():
+        lists[name] = phrases.format(**lists)
+    return {
+        name: Diet(**{key: phrases.format(**lists) for key, phrases in table.items()})
+        for name, table in tables["diets"].items()
+    }
+
+
+DIETS = _read_diets()
+"""The restrictions by name; an item that carries the name as a tag fits."""
+
+
+def violates(item: Item, restriction: str) -> bool:
+    """Whether `item` violates `restriction`, a name in `DIETS`.
+
+    Its tags decide where they can; otherwise the words of its name do.
+
+    Raises:
+        KeyError: `DIETS` has no such restriction.
+    """
+    diet = DIETS[restriction]
+    if restriction in item.tags:
+        return False
+    name = " ".join(singulars(item.name))
+    if _finder(diet.harmless).search(name):
+        return False
+    if not diet.violating:
+        return True
+    return bool(_finder(diet.violating).search(_finder(diet.saving).sub("|", name)))
+
+
+@cache
+def _finder(listed: str) -> re.Pattern[str]:
+    """Finds any of the listed phrases as adjacent words, the longest first; none in ""."""
+    phrases = [" ".join(singulars(phrase)) for phrase in listed.split(",") if phrase.strip()]
+    either = "|".join(sorted(phrases, key=len, reverse=True)) or "(?!)"
+    return re.compile(rf"(?<!\S)(?:{either})(?!\S)")
 
 
 @dataclass(frozen=True, slots=True)
@@ -87,7 +157,7 @@ def diets_of(limit: Order) -> frozenset[str]:
     else:
         names = {name: diet.refused for name, diet in DIETS.items()}
     if limit.why == "allergy" or (limit.do == "only" and limit.why in GRAVE):
-        return frozenset(n for n, listed in names.items() if finder(listed).search(" ".join(said)))
+        return frozenset(n for n, listed in names.items() if _finder(listed).search(" ".join(said)))
     return frozenset(
         name for name, listed in names.items() if said and said in map(singulars, listed.split(","))
     )

@@ -1,1 +1,0 @@
-"""A room from above, as an SVG."""
