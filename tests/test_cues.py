@@ -121,7 +121,6 @@ def test_a_yes_consents(words: str) -> None:
 @sentences("no_yes")
 def test_what_is_no_plain_yes_does_not(words: str) -> None:
     assert answered(COSTS, words) == "ask"
-    assert answered(COSTS, words, "Good.") == "ask"
     assert answered(COSTS, words, pin=True) == "act"
 
 
@@ -137,6 +136,8 @@ def test_a_yes_to_a_question_whether_not_to_is_no_consent(other: str, words: str
 
 
 def test_without_consent_a_goal_waits_for_words_that_speak_for_it() -> None:
+    for words in ("We'll pass.", "Too expensive.", "\U0001f44e"):
+        assert answered(COSTS, words, "Good.") == "ask"
     refused = [Turn("", "Tea!"), Turn("Shall I book it?", "Too expensive.")]
     turns = [*refused, Turn("", "Now tea, please.")]
     waiting = SURE_OF_TEA.observe(LATER)
