@@ -3,7 +3,7 @@
 python benchmarks/opposites.py
 
 Each of the 120 goals in opposites.jsonl stands beside four of its neighbours there; the sentences
-are first words. Half "a" was looked at when the lists of `goalscope.opposites` were made, half "b"
+are first words. Half "a" was looked at when the lists of `goalscope.cues` were made, half "b"
 was not.
 """
 
@@ -38,7 +38,7 @@ def main() -> None:
                     continue
                 sure += 1
                 acted += advice(tracker) == "act"
-                with patch("goalscope.advice.opposes", return_value=False):
+                with patch("goalscope.cues.opposes", return_value=False):
                     bare += advice(tracker) == "act"
             n = sum(row["half"] == half for row in ROWS)
             print(f"{half:4}  {kind:9} {n:5} {sure:5} {acted:9} {bare:18}")

@@ -18,6 +18,7 @@ from collections import defaultdict
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -110,20 +111,19 @@ def telling_nothing(folder: Path) -> dict[str, list[str]]:
     return found
 
 
-def talk(points: list[dict[str, list[str]]]) -> Iterator[Told]:
+def talk(points: list[dict[str, Any]]) -> Iterator[Told]:
     """The whole of it, if one aim explains it."""
     goals = [point["goals"][0] for point in points if point["goals"]]
     if not points[-1]["goals"] or min(embedded(goals) @ embedded([goals[-1]])[0]) < ANOTHER:
         return
     row = points[-1]
-    turns = tuple(Turn(each["query"], each["utterance"]) for each in row["turns"])  # type: ignore[call-overload,index]
-    id = str(row["talk"])
-    yield Told(id, id, str(row["domain"]), turns, goals[-1])
+    turns = tuple(Turn(each["query"], each["utterance"]) for each in row["turns"])
+    yield Told(row["talk"], row["talk"], row["domain"], turns, goals[-1])
 
 
 def read(folder: Path, asides: Mapping[str, Sequence[str]]) -> Iterator[Told]:
     """What the files of a folder tell."""
-    talks: dict[str, list[dict[str, list[str]]]] = defaultdict(list)
+    talks: dict[str, list[dict[str, Any]]] = defaultdict(list)
     for file in sorted(folder.glob("*.jsonl")):
         for line in file.read_text(encoding="utf-8").splitlines():
             row = json.loads(line)

@@ -13,8 +13,7 @@ import pytest
 from goalscope.datasets import Case
 from goalscope.fitting.fit import Settings
 from goalscope.fitting.learner import Example, Learner
-from goalscope.fitting.plan import plan_fit
-from goalscope.fitting.run import fit_adapter
+from goalscope.fitting.plan import Plan
 from goalscope.fitting.sources import Source, read_source
 from goalscope.likelihood import Layout, RolePlay
 from goalscope.models.adapters import Adapter
@@ -128,8 +127,8 @@ def finished(path: Path, rows: Path, tmp_path_factory: pytest.TempPathFactory) -
     sources = [own, Source("multiwoz:val[:5]", public, "ab" * 32, "MIT")]
     out = tmp_path_factory.mktemp("out") / "deep" / "mine"
     model = Transformers(path, device="cpu", dtype="float32")
-    plan = plan_fit(sources, out, SETTINGS, start=None, layout="goal-first", base="tiny")
-    for each in fit_adapter(model, plan, command="goalscope fit X"):
+    plan = Plan(sources, out, SETTINGS, start=None, layout="goal-first", base="tiny")
+    for each in plan.run(model, command="goalscope fit X"):
         assert (out / "state.pt").exists(), each
     model.clear_cache()
     return Finished(out, model, sources)
@@ -137,7 +136,7 @@ def finished(path: Path, rows: Path, tmp_path_factory: pytest.TempPathFactory) -
 
 def fit(rows: Path, out: Path, path: Path, *more: Any) -> list[Any]:
     """The words of a quick fit."""
-    quick = ["--steps", 4, "--every", 2, "--rank", 2, "--layers", 1, "--device", "cpu"]
+    quick = ["--steps", 4, "--every", 2, "--rank", 2, "--device", "cpu"]
     return ["fit", rows, "--out", out, "--model", path, *quick, *more]
 
 

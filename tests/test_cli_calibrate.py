@@ -10,8 +10,15 @@ from types import SimpleNamespace
 import pytest
 
 from goalscope import models
-from goalscope.calibration import PAPER, calibration_from_json
-from goalscope.calibrations import calibration_file, calibration_named, known_calibration
+from goalscope.calibration import calibration_from_json
+from goalscope.calibrations import (
+    SHIPPED,
+    YOURS,
+    calibration_file,
+    calibration_named,
+    known_calibration,
+)
+from goalscope.cli.calibrate import OWN
 from goalscope.experiment import identity
 from goalscope.experiment.results import Results
 from goalscope.store import Store
@@ -70,7 +77,7 @@ def test_a_model_is_calibrated_from_then_on(data):
     assert "not calibrated" in before[1]
     (told,) = calibrated("r.db")
     found, origin = known_calibration(SCORER, "goal-last", end_of_turn=False)
-    assert origin == "yours"
+    assert origin == YOURS
     assert found == calibration_from_json(told["calibration"])
     assert found.temperature == pytest.approx(3, rel=0.3)
     assert (found.n, len(found.thresholds)) == (60, 5)
@@ -78,8 +85,7 @@ def test_a_model_is_calibrated_from_then_on(data):
     assert told["file"] == str(file)
     assert [each for each in data.rglob("*") if each.is_file()] == [file]
     kept = json.loads(file.read_text())
-    apart = ("file", "replaces", "better")
-    assert kept == {key: value for key, value in told.items() if key not in apart}
+    assert kept | {"file": str(file), "better": None} == told
     assert (told["model"], told["layout"], told["end_of_turn"]) == ("small", "goal-last", False)
     assert told["dialogues"] == {"teach hard": 60}
     quality = told["quality"]
@@ -88,7 +94,6 @@ def test_a_model_is_calibrated_from_then_on(data):
     assert quality["held out"]["log_loss"] < quality["Eq. 1"]["log_loss"]
     assert all(0.7 < share <= 1 for share in quality["held out"]["coverage"])
     assert quality["Eq. 1"]["coverage"] is None
-    assert told["better"] is None
     (again,) = calibrated("r.db")
     assert [*again["quality"]] == ["Eq. 1", "default", "the model's own", "held out"]
     own, held_out = (again["quality"][name]["log_loss"] for name in ("the model's own", "held out"))
@@ -121,15 +126,6 @@ def test_it_is_shown_in_words(data):
         assert words in text
 
 
-def test_with_out_it_is_written_there_only_and_can_be_named(data):
-    fill("r.db", *cells(12))
-    (told,) = calibrated("r.db", "--out", "new/mine.json")
-    made = calibration_named("new/mine.json")
-    assert made == calibration_from_json(told["calibration"]) != PAPER
-    assert told["file"] == str(Path("new/mine.json"))
-    assert not data.exists()
-
-
 def test_each_model_and_layout_has_its_own_from_all_files():
     fill("one.db", *cells(8), *cells(8, 2, layout="goal-first"), *cells(8, 4, model={}))
     fill("two.db", *cells(8, 1, set="casino"))
@@ -145,8 +141,8 @@ def test_each_model_and_layout_has_its_own_from_all_files():
     assert len({each["file"] for each in told}) == 3
     for model, layout in ((MODEL, "goal-last"), (MODEL, "goal-first"), ({}, "goal-last")):
         made = known_calibration(scorer_of(model), layout, end_of_turn=False)
-        assert made[1] == "yours"
-    assert known_calibration(SCORER, "goal-last", end_of_turn=True)[1] != "yours"
+        assert made[1] == YOURS
+    assert known_calibration(SCORER, "goal-last", end_of_turn=True)[1] != YOURS
 
 
 def test_of_several_models_and_layouts_one_is_named(data):
@@ -157,16 +153,10 @@ def test_of_several_models_and_layouts_one_is_named(data):
     assert calibration_named("mine.json").n == 9
     (told,) = calibrated("r.db", "--only", "small, goal-first")
     assert told["calibration"]["n"] == 7
-    assert known_calibration(SCORER, "goal-last", end_of_turn=False)[1] != "yours"
+    assert known_calibration(SCORER, "goal-last", end_of_turn=False)[1] != YOURS
     said = fails(2, "calibrate", "r.db", "--only", "large, goal-last")
     assert "no model 'large, goal-last'" in said
     assert "There are: small, goal-last; small, goal-first; small, goal-last, end of turn." in said
-
-
-def test_help_says_all_that_is_fitted(data):
-    said = invoke("calibrate", "--help").stdout
-    for each in ("temperature", "reference", "--only"):
-        assert each in said
 
 
 def test_what_was_not_measured_or_asked_for_is_passed_over(data):
@@ -184,30 +174,30 @@ def test_what_cannot_be_used_is_said_in_one_line(data, tmp_path):
     Store.open(tmp_path / "episodes.db").close()
     fill("mcq.db", ({"kind": "mcq", "row": {}, "model": {}, "layout": "goal-last"}, {"tokens": 2}))
     fill("undone.db", *[(spec, None) for spec, _ in cells(4)])
+    fill("lone.db", *cells(6, groups=1))
     for code, file, cause in [
         (2, "no.db", "There is no file no.db"),
         (2, "text.db", "text.db is no database of goalscope"),
         (2, "episodes.db", "no dialogues"),
         (2, "mcq.db", "no dialogues"),
         (2, "undone.db", "no dialogues"),
+        (2, "lone.db", "at least three people"),
     ]:
         assert cause in fails(code, "calibrate", file)
+    assert "Name a file" in fails(2, "calibrate")
     assert not data.exists()
 
 
-def test_one_group_of_people_is_too_few(data):
-    fill("r.db", *cells(6, groups=1))
-    result = invoke("calibrate", "r.db")
-    assert (result.exit_code, result.stdout) == (2, "")
-    assert "at least three people" in result.stderr.splitlines()[-1]
-    assert not data.exists()
-
-
-def test_as_few_as_three_people_make_a_file_to_try_however_sure_the_evidence(data):
+def test_with_out_it_is_written_there_only_of_as_few_as_three_people(data):
     fill("r.db", *((spec, sure(spec, result)) for spec, result in cells(3, goals=3)))
-    made = invoke("calibrate", "r.db", "--out", "mine.json")
+    made = invoke("calibrate", "r.db", "--out", "new/mine.json", "--json")
     assert made.exit_code == 0, made.output
-    assert 0 < calibration_named("mine.json").temperature < 1
+    (told,) = json.loads(made.stdout)
+    found = calibration_named("new/mine.json")
+    assert found == calibration_from_json(told["calibration"])
+    assert 0 < found.temperature < 1  # however sure the evidence
+    assert told["file"] == str(Path("new/mine.json"))
+    assert not data.exists()
 
 
 def sure(spec, result):
@@ -228,38 +218,31 @@ def test_of_few_people_nothing_is_kept_unless_it_is_said(data):
     assert not data.exists()
     fill("enough.db", *cells(50))
     assert invoke("calibrate", "enough.db").exit_code == 0
-    assert known_calibration(SCORER, "goal-last", end_of_turn=False)[1] == "yours"
+    assert known_calibration(SCORER, "goal-last", end_of_turn=False)[1] == YOURS
 
 
-def test_it_says_what_it_replaces_and_the_way_back_leads_there(data, monkeypatch):
+def test_reset_brings_back_what_was_used_before(data, monkeypatch):
     adapter = Path(models.__file__).parent / "general" / "adapter.gguf"
     shipped = SimpleNamespace(name="Smollm2 135M 8k Lc100K Mix1 Ep2", adapter=adapter)
     monkeypatch.setattr(identity, "opened", lambda model: SCORER if model == MODEL else shipped)
     before = known_calibration(shipped, "goal-last", end_of_turn=False)
-    assert before[1] == "comes with goalscope"
+    assert before[1] == SHIPPED
     fill("r.db", *cells(8, model={}), *cells(9, 1))
-
-    def said():
+    file = calibration_file(SCORER, "goal-last", end_of_turn=False)
+    for rows in ([OWN], [OWN, OWN], [OWN]):  # the shipped one; one's own, too; which is then broken
         result = invoke("calibrate", "r.db", "--anyway")
         assert result.exit_code == 0, result.output
-        return " ".join(result.stdout.split())
-
-    first = said()
-    assert f"replaces the one that came with goalscope, of {before[0].n} dialogues" in first
-    assert len(re.findall(r"the model's own \d", first)) == 1
-    assert "replaces the default. `goalscope calibrate --reset`" in first
-    assert "replaces your earlier one, of 8 dialogues" in said()
-    file = calibration_file(SCORER, "goal-last", end_of_turn=False)
-    file.write_text("{")
-    assert "replaces a broken file" in said()
+        assert re.findall(rf"{OWN}(?= +\d)", result.stdout) == rows
+        if len(rows) == 2:
+            file.write_text("{")
+    assert "`goalscope calibrate --reset` deletes your own" in result.stdout
     assert "no calibration of 'large'" in fails(2, "calibrate", "--reset", "--only", "large")
     gone = invoke("calibrate", "--reset", "--only", "small, goal-last").stdout
-    assert gone.startswith("Taken away: small, goal-last. What comes with goalscope")
-    assert known_calibration(SCORER, "goal-last", end_of_turn=False)[1] != "yours"
-    assert known_calibration(shipped, "goal-last", end_of_turn=False)[1] == "yours"
+    assert gone.startswith("Deleted: small, goal-last. ")
+    assert known_calibration(SCORER, "goal-last", end_of_turn=False)[1] != YOURS
+    assert known_calibration(shipped, "goal-last", end_of_turn=False)[1] == YOURS
     file.write_text("[" * 9)
     assert len(json.loads(invoke("calibrate", "--reset", "--json").stdout)["reset"]) == 2
     assert known_calibration(shipped, "goal-last", end_of_turn=False) == before
     assert "no calibration of your own" in invoke("calibrate", "--reset").stdout
     assert "--reset" in fails(2, "calibrate", "--reset", "r.db")
-    assert "Name a file" in fails(2, "calibrate")

@@ -14,8 +14,7 @@ from filelock import FileLock
 import fits
 from fits import OLD_NAME, SETTINGS, Finished, case, fit, last_error, rows_file
 from goalscope.datasets import said_key
-from goalscope.fitting.plan import plan_fit
-from goalscope.fitting.run import fit_adapter
+from goalscope.fitting.plan import Plan
 from goalscope.fitting.sources import Source, read_source
 from goalscope.models.adapters import FITTED_DIALOGUES, read_adapter
 from goalscope.models.transformers import Transformers
@@ -43,8 +42,7 @@ def test_another_model_of_the_same_name_does_not_go_on(
     def steps(model: Path) -> Any:
         options: Any = {"start": None, "layout": "goal-last", "base": "tiny"}
         loaded = Transformers(model, device="cpu", dtype="float32")
-        plan = plan_fit(source, tmp_path / "out", SETTINGS, **options)
-        return fit_adapter(loaded, plan, command="")
+        return Plan(source, tmp_path / "out", SETTINGS, **options).run(loaded, command="")
 
     assert next(steps(path)).validation
     with pytest.raises(InvalidInputError, match="begun with another model"):
@@ -67,7 +65,7 @@ def test_what_it_began_with_neither_validates_nor_has_another_layout(
         ([Source("both", [*known, *others], "2")], "goal-last", "with the layout goal-first, not"),
     ):
         with pytest.raises(InvalidInputError, match=said):
-            plan_fit(sources, tmp_path, SETTINGS, start=start, layout=layout, base="tiny")
+            Plan(sources, tmp_path, SETTINGS, start=start, layout=layout, base="tiny")
     assert list(tmp_path.iterdir()) == []
 
 
@@ -76,8 +74,6 @@ def test_what_it_began_with_neither_validates_nor_has_another_layout(
     [
         (2, ["--model", "http://host/v1#name"], "A server's model cannot be fitted."),
         (2, ["--model", "https://host/v1"], "A server's model cannot be fitted."),
-        (2, ["--layers", 0], "--layers must be above 0 and at most 1, not 0.0."),
-        (2, ["--layers", 1.5], "--layers must be above 0"),
         (2, ["--learning-rate", 2], "--learning-rate must be between 0 and 1, not 2.0."),
         (2, ["--learning-rate", "nan"], "--learning-rate must be between 0 and 1"),
         (2, ["nowhere.jsonl"], "nowhere.jsonl cannot be read"),
@@ -96,24 +92,21 @@ def test_what_cannot_be_fitted_is_refused_in_a_line(
     assert not (tmp_path / "out").exists()
 
 
-def test_options_out_of_their_range_are_refused(path: Path, rows: Path, tmp_path: Path) -> None:
-    zero = ("--steps", "--every", "--validation", "--rank")
-    for option, value in (*((each, 0) for each in zero), ("--objective", "x")):
-        result = invoke(*fit(rows, tmp_path / "out", path, option, value))
-        assert result.exit_code == 2
-        assert option in result.stderr
-    assert not (tmp_path / "out").exists()
+@pytest.mark.parametrize("option", ["--steps", "--every", "--validation", "--rank"])
+def test_numbers_below_one_are_refused(tmp_path: Path, option: str) -> None:
+    result = invoke("fit", "own.jsonl", "--out", tmp_path / "out", option, 0)
+    assert result.exit_code == 2
+    assert option in result.stderr
 
 
-def test_an_adapter_to_begin_with_has_rank_and_layers_of_its_own(
+def test_an_adapter_to_begin_with_has_a_rank_of_its_own(
     finished: Finished, path: Path, rows: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     adapter = finished.folder / "adapter.gguf"
     monkeypatch.setattr("goalscope.models.adapters.shipped", lambda: adapter)
-    named = ["--model", path, "--start", finished.folder]
-    for more in (["--rank", 4, *named], ["--layers", 1, *named], ["--rank", 4], ["--layers", 1]):
-        said = fails(2, "fit", rows, "--out", tmp_path / "out", *more)
-        assert "Leave out --rank and --layers, or begin with --start none." in said
+    for more in ([], ["--model", path, "--start", finished.folder]):
+        said = fails(2, "fit", rows, "--out", tmp_path / "out", "--rank", 4, *more)
+        assert "Leave out --rank, or begin with --start none." in said
     assert not (tmp_path / "out").exists()
 
 
@@ -127,26 +120,26 @@ def test_a_model_that_cannot_be_adapted_is_refused_before_anything_is_fitted(
     assert list(out.iterdir()) == []
 
 
-def test_a_folder_of_something_else_is_left_as_it_is(
+def test_folders_that_cannot_be_taken_are_left_as_they_are(
     path: Path, rows: Path, tmp_path: Path
 ) -> None:
-    (tmp_path / "notes.txt").write_text("Milk.")
-    result = invoke(*fit(rows, tmp_path, path))
-    assert result.exit_code == 2
-    said = f"{tmp_path} holds notes.txt and no interrupted fit. Name a new folder with --out."
-    assert last_error(result) == f"Error: {said}"
-    assert [each.name for each in tmp_path.iterdir()] == ["notes.txt"]
-
-
-def test_a_second_process_in_the_same_folder_is_refused(
-    path: Path, rows: Path, tmp_path: Path
-) -> None:
-    with FileLock(tmp_path / ".lock"):
-        result = invoke(*fit(rows, tmp_path, path))
-        assert result.exit_code == 2
-        said = f"Error: Another process fits an adapter in {tmp_path}."
-        assert last_error(result) == said
-        assert [each.name for each in tmp_path.iterdir()] == [".lock"]
+    notes, file, busy = (tmp_path / name for name in ("notes", "file", "busy"))
+    notes.mkdir()
+    busy.mkdir()
+    (notes / "notes.txt").write_text("Milk.")
+    file.write_text("")
+    new = "Name a new folder with --out."
+    with FileLock(busy / ".lock"):
+        for code, out, said in (
+            (2, notes, f"{notes} holds notes.txt and no interrupted fit. {new}"),
+            (2, file, f"{file} is a file. {new}"),
+            (1, file / "out", f"{file / 'out'} cannot be written: Not a directory."),
+            (2, busy, f"Another process fits an adapter in {busy}."),
+        ):
+            result = invoke(*fit(rows, out, path))
+            assert (result.exit_code, last_error(result)) == (code, f"Error: {said}")
+        assert [each.name for each in busy.iterdir()] == [".lock"]
+    assert [each.name for each in notes.iterdir()] == ["notes.txt"]
 
 
 @pytest.mark.parametrize(
@@ -176,13 +169,6 @@ def test_a_single_dialogue_is_too_few(path: Path, tmp_path: Path) -> None:
     for groups, said in (("a", "holds a single dialogue"), ("aa", "are of one group; some have")):
         assert said in fails(2, *fit(rows_file(tmp_path / "lone.jsonl", groups), out, path))
     assert not out.exists()
-
-
-def test_a_folder_that_cannot_be_made_is_said(path: Path, rows: Path, tmp_path: Path) -> None:
-    (tmp_path / "file").write_text("")
-    result = invoke(*fit(rows, tmp_path / "file" / "out", path))
-    assert result.exit_code == 1
-    assert "cannot be written: Not a directory." in last_error(result)
 
 
 @pytest.mark.parametrize("missing", ["torch", "peft"])

@@ -9,7 +9,8 @@ import pytest
 
 from fits import OLD_NAME, tiny_folder
 from goalscope.benchmarks.reading import Language, Line
-from goalscope.fitting.lessons import Talk, lessons_of
+from goalscope.fitting.corpus import Talk
+from goalscope.fitting.lessons import lessons_of
 from goalscope.fitting.writing import WritingSettings, fit_writing
 from goalscope.models.adapters import FITTED_TASK, adapter_metadata, read_adapter
 from goalscope.models.transformers import Transformers
@@ -45,7 +46,7 @@ def tiny(tmp_path):
 
 
 def fit(model, out, settings=QUICK, taught=LINES, **more):
-    lessons = lessons_of(taught, model, LANGUAGES, settings, known=taught)
+    lessons = lessons_of(taught, model, LANGUAGES, known=taught)
     corpus = {"files": ["ann"], "rows": [each.id for each in taught]}
     return fit_writing(
         model, lessons, settings, out, base="tiny", corpus=corpus, command="test", **more
@@ -85,7 +86,7 @@ def test_another_corpus_does_not_go_on(tiny, tmp_path, monkeypatch):
 
 def test_in_the_end_it_tells_how_well_each_kind_is_known(tiny, tmp_path):
     model = tiny()
-    validation = lessons_of(LINES, model, LANGUAGES, QUICK, known=LINES)
+    validation = lessons_of(LINES, model, LANGUAGES, known=LINES)
     list(fit(model, tmp_path / "out", replace(QUICK, epochs=40), validation=validation))
     facts = json.loads((tmp_path / "out" / "fit.json").read_text())
     known = facts["validation"]

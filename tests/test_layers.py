@@ -7,7 +7,7 @@ import goalscope
 
 ROOT = Path(goalscope.__file__).parent
 LAYERS = [
-    {"types", "safe_text", "calibration", "extras", "words", "speech"},
+    {"types", "safe_text", "calibration", "extras", "words"},
     {
         "belief",
         "models",
@@ -20,7 +20,7 @@ LAYERS = [
         "envs",
         "stats",
         "calibrations",
-        "opposites",
+        "cues",
         "occasions",
     },
     {

@@ -4,20 +4,14 @@ import gzip
 import json
 import random
 from pathlib import Path
-from types import SimpleNamespace
 
 import pytest
 
 from fakes import WordModel
 from goalscope.benchmarks.reading import Language, Line
-from goalscope.fitting.lessons import (
-    Lesson,
-    Talk,
-    Taught,
-    corpus_facts,
-    lessons_of,
-    read_lessons,
-)
+from goalscope.fitting import lessons
+from goalscope.fitting.corpus import Entry, Talk, corpus_facts, read_entries
+from goalscope.fitting.lessons import Lesson, lessons_of
 from goalscope.occasions import Occasion, shipped_occasions
 from goalscope.orders import Order, Verb
 from goalscope.types import InvalidInputError, Turn
@@ -25,7 +19,6 @@ from goalscope.words import singulars
 from goalscope.writer import JUDGEMENTS, Writer
 
 LANGUAGES = {"grocery": Language((Verb("add", ""), Verb("clear", "", ())), "You sell food.", ())}
-AS_THEY_ARE = SimpleNamespace(renamed=0.0, joined=0.0)
 ROWS = {
     "message": {"id": "a-1", "domain": "grocery", "message": "milk", "orders": []},
     "talk": {
@@ -61,17 +54,17 @@ ROWS = {
 }
 
 
-def read(tmp_path: Path, *rows: object) -> list[Taught]:
+def read(tmp_path: Path, *rows: object) -> list[Entry]:
     file = tmp_path / "ann.jsonl"
     file.write_text("".join(f"{json.dumps(each)}\n\n" for each in rows))
-    return read_lessons(file)
+    return read_entries(file)
 
 
-def drawn(found: list[Taught], *, known: list[Taught] | None = None, seed: int = 0) -> list[Lesson]:
+def drawn(found: list[Entry], *, known: list[Entry] | None = None, seed: int = 0) -> list[Lesson]:
     """All lessons of one epoch."""
     model, draw = WordModel(), random.Random(seed)
-    made = lessons_of(found, model, LANGUAGES, AS_THEY_ARE, known=known or found)
-    return [lesson for each in made for n in range(each.size) for lesson in each.drawn(n, draw)]
+    made = lessons_of(found, model, LANGUAGES, known=known or found)
+    return [lesson for each in made for lesson in each(draw)]
 
 
 def test_each_kind_of_row_is_read_as_what_it_is(tmp_path: Path) -> None:
@@ -111,10 +104,10 @@ def test_files_may_be_packed_or_lie_in_a_folder(tmp_path: Path) -> None:
     (tmp_path / "b.jsonl").write_bytes(b"\xef\xbb\xbf" + row)
     (tmp_path / "a.jsonl").write_bytes(json.dumps(ROWS["message"]).encode())
     (tmp_path / "other.txt").write_text("no corpus")
-    assert [type(each) for each in read_lessons(tmp_path)] == [Line, Talk]
+    assert [type(each) for each in read_entries(tmp_path)] == [Line, Talk]
     packed = tmp_path / "c.jsonl.gz"
     packed.write_bytes(gzip.compress(row))
-    assert len(read_lessons(packed)) == 1
+    assert len(read_entries(packed)) == 1
 
 
 @pytest.mark.parametrize(
@@ -141,18 +134,18 @@ def test_a_broken_line_is_refused_with_its_number(tmp_path: Path, row: object, c
     text = row if isinstance(row, str) else json.dumps(row)
     file.write_text(f"{json.dumps(ROWS['talk'])}\n\n{text}\n")
     with pytest.raises(InvalidInputError, match=rf"^ann\.jsonl, line 3: .*{cause}"):
-        read_lessons(file)
+        read_entries(file)
 
 
 def test_what_is_no_corpus_is_refused(tmp_path: Path) -> None:
     for path in (tmp_path, tmp_path / "none.jsonl"):
         with pytest.raises(InvalidInputError, match="no corpus at"):
-            read_lessons(path)
+            read_entries(path)
     (tmp_path / "latin.jsonl").write_bytes("ä".encode("latin-1"))
     (tmp_path / "bad.gz").write_bytes(b"no gzip at all")
     for name in ("latin.jsonl", "bad.gz"):
         with pytest.raises(InvalidInputError, match="cannot be read"):
-            read_lessons(tmp_path / name)
+            read_entries(tmp_path / name)
 
 
 def test_a_talk_teaches_its_goals_and_its_question(tmp_path: Path) -> None:
@@ -172,10 +165,29 @@ def test_messages_that_follow_one_another_are_one_conversation(tmp_path: Path) -
         return row | {"context": said[:-1], "orders": orders}
 
     found = read(tmp_path, line(1, "milk"), line(2, "milk", "tea"), line(3, "eggs"))
-    (lessons,) = lessons_of(found, WordModel(), LANGUAGES, AS_THEY_ARE, known=())
-    assert lessons.size == 2
-    lengths = sorted(len(lessons.drawn(n, random.Random(0))) for n in range(2))
-    assert lengths == [1, 2]
+    made = lessons_of(found, WordModel(), LANGUAGES, known=())
+    assert [len(each(random.Random(0))) for each in made] == [2, 1]
+
+
+def test_recombined_messages_say_what_their_orders_name(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Another thing takes the place of one, in message and order; a first message may join."""
+    names = ["milk", "tea", "rice", "soap", "eggs", "pears"]
+    rows = [
+        ROWS["message"]
+        | {"id": f"a-{n}", "message": f"{name}, please", "orders": [{"do": "add", "what": name}]}
+        for n, name in enumerate(names)
+    ]
+    found = read(tmp_path, *rows)
+    monkeypatch.setattr(lessons, "RENAMED", 1.0)
+    for joined, count in ((0.0, {1}), (1.0, {1, 2})):
+        monkeypatch.setattr(lessons, "JOINED", joined)
+        made = [lesson for seed in range(9) for lesson in drawn(found, seed=seed)]
+        assert {len(each.answer.splitlines()) for each in made} == count
+        for each in made:
+            said = [name for name in names if name in each.prompt[-1].content]
+            assert sorted(said) == sorted(line.split()[-1] for line in each.answer.splitlines())
 
 
 def test_what_is_taught_is_what_the_writer_is_asked_for(tmp_path: Path) -> None:
@@ -190,19 +202,19 @@ def test_what_is_taught_is_what_the_writer_is_asked_for(tmp_path: Path) -> None:
             asked.append(list(messages))
             return super().generate(messages, **settings)
 
-    lessons = drawn([talk, occasion])
-    answers = {each.kind: each.answer for each in lessons}
+    made = drawn([talk, occasion])
+    answers = {each.kind: each.answer for each in made}
     writer = Writer(Keeps({"Name what": answers["goals"], "aim calls": answers["needs"]}))
     assert writer.goals(LANGUAGES["grocery"].task, talk.turns) == [*talk.goals]
     assert writer.needs("feed guests", "", []) == ["bread", "cheese", "wine"]
-    assert asked[0] == [*next(each.prompt for each in lessons if each.kind == "goals")]
+    assert asked[0] == [*next(each.prompt for each in made if each.kind == "goals")]
 
 
-def judged(lessons: list[Lesson]) -> list[tuple[str, str]]:
+def judged(made: list[Lesson]) -> list[tuple[str, str]]:
     """Things with what is said of them."""
     return [
         (each.prompt[-1].content.rpartition("\nAnd ")[2].removesuffix("?"), each.answer)
-        for each in lessons
+        for each in made
         if each.kind == "judging"
     ]
 
@@ -212,9 +224,9 @@ def test_judgements_never_call_needed_what_is_unwanted_nor_the_reverse(domain: s
     found = [*shipped_occasions(domain).occasions[:120]]
     by_aim = {each.aim: each for each in found}
     labels = set[str]()
-    made = lessons_of(found, WordModel(), LANGUAGES, AS_THEY_ARE, known=found)[0]
+    made = lessons_of(found, WordModel(), LANGUAGES, known=found)
     for number, each in enumerate(found):
-        for thing, label in judged(made.drawn(number, random.Random(number))):
+        for thing, label in judged(made[number](random.Random(number))):
             labels.add(label)
             right = {"needed": each.needed, "nice": each.nice}.get(label)
             if right is not None:
@@ -230,10 +242,10 @@ def test_judgements_never_call_needed_what_is_unwanted_nor_the_reverse(domain: s
 
 def test_an_occasion_never_lies_in_its_own_prompt() -> None:
     found = [*shipped_occasions("grocery").occasions[:60]]
-    made = lessons_of(found, WordModel(), LANGUAGES, AS_THEY_ARE, known=found)[0]
+    made = lessons_of(found, WordModel(), LANGUAGES, known=found)
     shown = 0
     for number, each in enumerate(found):
-        for lesson in made.drawn(number, random.Random(number)):
+        for lesson in made[number](random.Random(number)):
             text = lesson.prompt[-1].content
             assert f"{each.aim}\nneeded:" not in text
             shown += "\nneeded:" in text

@@ -45,10 +45,8 @@ def test_each_line_adds_a_part_and_the_last_is_the_whole() -> None:
             "an agent's",
         )
     ]
-    *_, whole = quality(DIALOGUES, own)
-    *_, warm = quality(
-        DIALOGUES, replace(PAPER, prior_unspecified=0.5, temperature=own.temperature)
-    )
+    whole = quality(DIALOGUES, own)
+    warm = quality(DIALOGUES, replace(PAPER, prior_unspecified=0.5, temperature=own.temperature))
     last, third = rows[-2], rows[2]
     assert last["open log-loss"].value == pytest.approx(whole.log_loss)
     assert third["open log-loss"].value == pytest.approx(warm.log_loss)

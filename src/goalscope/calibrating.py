@@ -1,4 +1,4 @@
-"""Fit how log-likelihoods become probabilities to dialogues whose goals are known."""
+"""Fit a calibration to dialogues whose goals are known, and measure how good beliefs are."""
 
 from __future__ import annotations
 
@@ -19,7 +19,6 @@ from goalscope.stats import auroc
 from goalscope.types import GoalscopeError, InvalidInputError
 
 __all__ = [
-    "FOLDS",
     "Observed",
     "Quality",
     "Tables",
@@ -31,7 +30,7 @@ __all__ = [
 Array = npt.NDArray[np.float64]
 
 FOLDS = 5
-"""Into which groups of dialogues are parted, so that what is fitted on some judges others."""
+"""Parts of the groups of dialogues, each judged by a calibration fitted on the others."""
 
 _LEAST, _MOST = 0.05, 20.0  # temperature
 
@@ -42,10 +41,10 @@ class Observed:
 
     Attributes:
         id: Of the dialogue.
-        group: Of dialogues that share people, unlike that of any in another set.
-        origin: Its set, and how its goals were drawn; all origins count the same.
+        group: Of dialogues that share people, with the name of its set.
+        origin: Its set, and how its goals were drawn; all origins have the same weight.
         goals: [T, G] log-likelihoods in nats.
-        unspecified: [T], the same without a goal.
+        unspecified: [T] log-likelihoods without a goal, nats.
         truth: Index of the true goal.
     """
 
@@ -63,9 +62,9 @@ class Quality:
 
     Attributes:
         n: Dialogues.
-        log_loss: Of what is true, nats; see `fit_calibration`.
+        log_loss: Of the truth, nats; see `fit_calibration`.
         auroc: How well Unspecified tells, after the last turn, that the true goal is missing.
-        coverage: Share of conformal sets that hold what is true, with the true goal among the goals
+        coverage: Share of conformal sets that hold the truth, with the true goal among the goals
             and without it; None without thresholds.
         size: Mean number of goals in them.
     """
@@ -85,10 +84,10 @@ class Tables:
 
     Attributes:
         log_likelihood: [2, N, T, G] in nats; Unspecified first, and the true goal second where it
-            is. Turns that a dialogue does not have are 0, goals that it does not have -inf.
+            is among them. Padded with 0 for turns and -inf for goals.
         turns: [N] number of turns.
         drawn: [N] a turn of each, drawn at random, from 0.
-        weight: [N] of each dialogue: all sets count the same; they sum to 1.
+        weight: [N] of the dialogues, the same for all sets; they sum to 1.
     """
 
     def __init__(self, dialogues: Sequence[Observed]) -> None:
@@ -118,22 +117,22 @@ class Tables:
         return log_posteriors(prior, self.log_likelihood, stated, calibration)[:, :, 1:]
 
     def losses(self, beliefs: Array) -> Array:
-        """[N] log-loss of what is true, nats: mean over turns and both kinds of goal sets."""
+        """[N] log-loss of the truth, nats: mean over turns and both kinds of goal sets."""
         own: Array = (beliefs[0, :, :, 1] + beliefs[1, :, :, 0]) / 2
         real = np.less(np.arange(self.log_likelihood.shape[2]), self.turns[:, None])
         return -np.where(real, own, 0.0).sum(1) / self.turns
 
     def log_loss(self, calibration: Calibration) -> float:
-        """Mean of `losses`, where all sets count the same."""
+        """Mean of `losses`, weighted."""
         return float(self.weight @ self.losses(self.believe(calibration)))
 
     def drawn_turn(self, beliefs: Array) -> tuple[Array, Array]:
-        """Probabilities [2, N, G] after the turn that was drawn, and of what is true [2, N]."""
+        """Probabilities [2, N, G] after the drawn turn, and those of the truth [2, N]."""
         found = np.exp(beliefs[:, np.arange(len(self.turns)), self.drawn])
         return found, np.stack([found[0, :, 1], found[1, :, 0]])
 
     def conformal_sets(self, beliefs: Array, threshold: float) -> tuple[Array, Array]:
-        """Whether the set after the turn that was drawn holds what is true, and its size [2, N]."""
+        """Whether the set after the drawn turn holds the truth, and its size, both [2, N]."""
         found, sure = self.drawn_turn(beliefs)
         held = np.logical_or(sure >= threshold, sure >= found.max(-1))
         return held, np.maximum(np.greater_equal(found, threshold).sum(-1), 1)
@@ -147,7 +146,7 @@ class Tables:
 def observed_in(cells: Iterable[tuple[Mapping[str, Any], Mapping[str, Any]]]) -> list[Observed]:
     """The dialogues among measured cells that can calibrate: those with three goals or more.
 
-    Each counts once, and none from which the model's adapter has learned.
+    Each counts once; those that the model's adapter has learned from are left out.
 
     Args:
         cells: Spec and result of each, of any kind.
@@ -170,15 +169,14 @@ def observed_in(cells: Iterable[tuple[Mapping[str, Any], Mapping[str, Any]]]) ->
 def fit_calibration(dialogues: Sequence[Observed]) -> Calibration:
     """Temperature and reference with the least log-loss, and thresholds.
 
-    The chance of a change of mind is that of `DEFAULT`: hardly anyone in such dialogues has one.
-    (So is the weight of asides: such dialogues are not read.)
+    The log-loss is that of the truth over all turns, half of the time with the true goal among the
+    goals and half of the time without it, where Unspecified is the truth. The chance of a change of
+    mind and the weights of asides and orders are those of `DEFAULT`: such dialogues have hardly any
+    changes of mind, and they are not read.
 
-    The log-loss is that of what is true, over all turns, half of the time with the true goal among
-    the goals and half of the time without, where Unspecified is the truth.
-
-    Thresholds are cross-conformal: what is true had at least such a probability in all but a share
-    eps of the dialogues, each judged as calibrated on other people's, both where the true goal is
-    among the goals and where it is not (the smaller threshold of the two).
+    Thresholds are cross-conformal: the truth had at least that probability in all but a share eps
+    of the dialogues, each judged by a calibration fitted on other people, both with the true goal
+    among the goals and without it (the smaller of the two thresholds).
 
     Raises:
         InvalidInputError: All dialogues are of one group.
@@ -195,12 +193,20 @@ def fit_calibration(dialogues: Sequence[Observed]) -> Calibration:
 
 
 def quality(
-    dialogues: Sequence[Observed], calibration: Calibration | None = None, *, eps: float = 0.1
-) -> Iterator[Quality | None]:
+    dialogues: Sequence[Observed],
+    calibration: Calibration | None = None,
+    *,
+    eps: float = 0.1,
+) -> Quality:
     """How good beliefs are with a calibration, or with one fitted on dialogues of other groups.
 
-    It takes time: None is yielded before each of at most `FOLDS` parts of the work, the answer in
-    the end.
+    Args:
+        dialogues: Those to judge by.
+        calibration: If None, each fold is judged by one that is fitted on the others.
+        eps: Of the conformal sets.
+
+    Raises:
+        InvalidInputError: All dialogues are of one group.
     """
     losses: list[Array] = []
     weights: list[Array] = []
@@ -208,33 +214,28 @@ def quality(
     held: list[Array] = []
     sizes: list[Array] = []
     groups: list[str] = []
-    sizes_of = Counter(each.origin for each in dialogues)
+    sets = Counter(each.origin for each in dialogues)
     for train, rest in _folds(dialogues):
-        yield None
-        way = calibration or fit_calibration(train)
+        own = calibration or fit_calibration(train)
         tables = Tables(rest)
-        beliefs = tables.believe(way)
+        beliefs = tables.believe(own)
         losses.append(tables.losses(beliefs))
-        weights.append(np.array([1 / len(sizes_of) / sizes_of[each.origin] for each in rest]))
+        weights.append(np.array([1 / len(sets) / sets[each.origin] for each in rest]))
         odds.append(tables.last_odds(beliefs))
         groups += [each.group for each in rest]
-        if eps in dict(way.thresholds):
-            own, size = tables.conformal_sets(beliefs, dict(way.thresholds)[eps])
-            held.append(own)
+        if eps in dict(own.thresholds):
+            holds, size = tables.conformal_sets(beliefs, dict(own.thresholds)[eps])
+            held.append(holds)
             sizes.append(size.ravel())
     present, absent = np.concatenate(odds, axis=1)
-    yield Quality(
+    coverage = np.concatenate(held, axis=1).mean(1).tolist() if held else None
+    return Quality(
         n=len(dialogues),
         log_loss=float(np.concatenate(weights) @ np.concatenate(losses)),
         auroc=auroc(absent, present, groups)[0],
-        coverage=_pair(np.concatenate(held, axis=1).mean(1)) if held else None,
+        coverage=(coverage[0], coverage[1]) if coverage else None,
         size=float(np.concatenate(sizes).mean()) if sizes else None,
     )
-
-
-def _pair(values: Array) -> tuple[float, float]:
-    first, second = values.tolist()
-    return first, second
 
 
 def _fit(tables: Tables) -> Calibration:
@@ -267,7 +268,7 @@ def _fit(tables: Tables) -> Calibration:
 
 
 def _folds(dialogues: Sequence[Observed]) -> Iterator[tuple[list[Observed], list[Observed]]]:
-    """Dialogues to fit on, and those of other groups; each is once among the latter."""
+    """Dialogues to fit on, and those of other groups, among which each dialogue is once."""
     groups = sorted({each.group for each in dialogues})
     if len(groups) < 2:
         raise InvalidInputError(

@@ -1,8 +1,8 @@
 """Simulated people with a habit that makes them harder to understand than the paper's.
 
-What such a person knows and does in each round is set by a schedule in code, so that a model that
+A schedule in code decides what such a person knows and does in each round, so that a model that
 follows prompts badly keeps to it, too. It depends on the profile, the seed and the transcript
-alone: a resumed episode goes on as it would have gone.
+alone, so that a resumed episode continues as it would have.
 """
 
 from __future__ import annotations
@@ -33,19 +33,19 @@ __all__ = [
 ]
 
 Habit = Literal["terse", "distracted", "changes-mind", "volunteers-late"]
-"""What is special about a simulated person: `Terse`, `Distracted`, `ChangesMind` and so on."""
+"""The habit of a simulated person: `Terse`, `Distracted`, `ChangesMind` or `VolunteersLate`."""
 
 WORDS = 6
 """Most words that a terse person says at a time."""
 
 EARLY = 2
-"""Rounds in which a person does not know yet, or does not tell, what they really want."""
+"""First rounds, in which a person does not know or tell what they really want."""
 
 HESITATION = "Let me think."
-"""Said early by a person who falls silent or would end the task."""
+"""Said by a person who would fall silent or end the task too early."""
 
 CHANGED = "I've changed my mind."
-"""How the first words begin of a person who now wants something else."""
+"""Said first by a person who now wants something else."""
 
 REMARKS = {
     "the weather": "It rained all night and I hardly slept.",
@@ -57,7 +57,7 @@ REMARKS = {
     "a train": "My train was an hour late yesterday.",
     "a colleague": "A colleague of mine retired on Friday.",
 }
-"""What a distracted person speaks of, and what they say where the model's words will not do."""
+"""Topics of a distracted person, with the words for each if the model's own will not do."""
 
 _TERSE_TOKENS = 24
 _REMARK_TOKENS = 40
@@ -70,7 +70,7 @@ class Terse(SimulatedHuman):
     """Says at most `WORDS` words at a time: whole sentences, if one is that short."""
 
     def answer(self, query: str, turns: Sequence[Turn], status: str) -> str:
-        """What the model says as this person, cut short; the completion phrase is left whole.
+        """What the model says as this person, cut short, but for the completion phrase.
 
         Words that would end the task only because they were cut are not said.
         """
@@ -88,10 +88,10 @@ class Terse(SimulatedHuman):
 
 
 class Distracted(SimulatedHuman):
-    """Says something beside the point in one round of three: of 2 to 4, of 5 to 7, and so on.
+    """Says something beside the point in one of rounds 2 to 4, one of 5 to 7, and so on.
 
-    These words are drawn without the profile, the query and the transcript, so that they are no
-    evidence of any goal; and they ask for nothing that the environment would do.
+    These words are generated without the profile, the query and the transcript, so that they are
+    no evidence of any goal; and they ask for nothing that the environment would do.
     """
 
     def answer(self, query: str, turns: Sequence[Turn], status: str) -> str:
@@ -116,12 +116,11 @@ class Distracted(SimulatedHuman):
 class VolunteersLate(SimulatedHuman):
     """Knows only the beginning of their description for `EARLY` rounds, and all of it afterwards.
 
-    The beginning is the first sentence, up to a colon or semicolon: what follows one is details. A
-    description that is but one such part is known from the start.
+    The beginning is the first sentence, up to a colon or semicolon.
     """
 
     def answer(self, query: str, turns: Sequence[Turn], status: str) -> str:
-        """What the model says as this person, who does not end the task before all is told."""
+        """What the model says as this person, who does not end the task before knowing all."""
         if len(turns) >= EARLY:
             return super().answer(query, turns, status)
         start = _PART.split(self.profile.description.strip(), maxsplit=1)[0]
@@ -130,20 +129,20 @@ class VolunteersLate(SimulatedHuman):
 
 
 class ChangesMind(SimulatedHuman):
-    """Wants what another profile wants for `EARLY` rounds, says so, and then wants their own.
+    """Wants what another profile wants for `EARLY` rounds, then says so and wants their own.
 
-    Of those early rounds they remember nothing afterwards.
+    Afterwards they remember nothing of those rounds.
     """
 
     def __init__(
         self, model: Generator, profile: Profile, env: Environment, seed: int, first: Profile
     ) -> None:
-        """See `SimulatedHuman`; `first` is who they are at first."""
+        """See `SimulatedHuman`; `first` is the profile of the early rounds."""
         super().__init__(model, profile, env, seed)
         self.first = first
 
     def answer(self, query: str, turns: Sequence[Turn], status: str) -> str:
-        """What the model says as one person or the other, who does not end the task too early."""
+        """What the model says as either person, who does not end the task too early."""
         if len(turns) > EARLY:
             return super().answer(query, turns[EARLY:], status)
         changing = len(turns) == EARLY
@@ -165,13 +164,13 @@ def habitual(
     """A simulated person with a habit.
 
     Args:
-        habit: What is special about them.
+        habit: The habit.
         model: Plays them.
         profile: Who they are.
         env: Where they are.
-        seed: Seed of everything that is drawn.
-        people: The profiles of the domain: who changes their mind is another of them at first, one
-            of the same scene if there is one.
+        seed: Of everything that is drawn.
+        people: The profiles of the domain. A person who changes their mind is another of them at
+            first, one of the same scene if there is one.
 
     Raises:
         InvalidInputError: Nobody in `people` wants anything else.
@@ -207,5 +206,5 @@ def shortened(text: str, most: int) -> str:
 
 
 def _going_on(env: Environment, query: str, said: str) -> str:
-    """The words, if they go on with the task; else a hesitation."""
+    """The words, or a hesitation if they are empty or end the task."""
     return HESITATION if not said or completes(env, said) else said

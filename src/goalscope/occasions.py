@@ -1,7 +1,7 @@
-"""What aims call for, from life: occasions with their needs, and a look-up of those like a talk.
+"""Occasions with what they call for, and retrieval of those nearest to what a person says.
 
-A small model holds few of them in its weights; those nearest to what a person says are put into its
-prompt (retrieval-augmented generation; Lewis et al., 2020).
+A small model knows few of them, so the nearest are put into its prompt (retrieval-augmented
+generation; Lewis et al., 2020).
 """
 
 from __future__ import annotations
@@ -25,8 +25,8 @@ from goalscope.words import singulars
 __all__ = ["Nearest", "Occasion", "occasion_from_json", "shipped_occasions"]
 
 _LISTS = ("said", "needed", "nice", "unwanted")
-_WORDS = 0.3  # weight of words in common, beside that of what texts mean
-_FLAT, _LONG = 1.2, 0.75  # of BM25 (Robertson & Zaragoza, 2009)
+_WORDS = 0.3  # weight of shared words, beside that of meaning
+_FLAT, _LONG = 1.2, 0.75  # k1 and b of BM25 (Robertson & Zaragoza, 2009)
 
 
 @dataclass(frozen=True, slots=True)
@@ -35,13 +35,13 @@ class Occasion:
 
     Attributes:
         id: Its name.
-        domain: Where it is told, such as "grocery".
+        domain: Such as "grocery".
         aim: In one phrase.
-        said: Ways in which people tell it first.
+        said: First utterances of people who have it.
         needed: What it cannot do without, the most important first.
-        nice: What many would be glad of.
-        unwanted: What these words may suggest, and nobody wants here.
-        room: What is there, where that matters.
+        nice: What many people would like.
+        unwanted: What the words may suggest although nobody wants it here.
+        room: What is in the room, where that matters.
     """
 
     id: str
@@ -55,11 +55,11 @@ class Occasion:
 
 
 class Nearest:
-    """Finds the occasions nearest to words, by what they mean and by words in common.
+    """Finds the occasions nearest to a text, by meaning and by shared words.
 
     Args:
         occasions: Among which to find.
-        keep: Whether their vectors are kept in the user's cache folder.
+        keep: Whether to keep their vectors in the user's cache folder.
     """
 
     def __init__(self, occasions: Sequence[Occasion], *, keep: bool = False) -> None:
@@ -98,7 +98,7 @@ class Nearest:
         return [each for each in found if each.id != without][:most]
 
     def _shared(self, text: str) -> npt.NDArray[np.float64]:
-        """[N] words in common with a text, 1 for the most."""
+        """[N] words shared with a text, 1 for the most."""
         found = np.zeros(len(self.occasions))
         for word in {*singulars(text)}:
             for i, weight in self._weights.get(word, {}).items():
@@ -108,7 +108,7 @@ class Nearest:
 
 @cache
 def shipped_occasions(domain: str) -> Nearest:
-    """Those that come with goalscope for a domain."""
+    """The occasions that come with goalscope for a domain."""
     folder = files("goalscope") / "needs"
     lines = (
         line
@@ -121,7 +121,7 @@ def shipped_occasions(domain: str) -> Nearest:
 
 
 def occasion_from_json(data: object) -> Occasion:
-    """One from a line's object.
+    """The occasion in a row of JSON.
 
     Raises:
         InvalidInputError: A key is missing, or its value is of another kind.

@@ -1,4 +1,4 @@
-"""Why is a goal likely? What each utterance, and each word of it, says for it."""
+"""Why a goal is likely: the evidence of each utterance, and of each word in it."""
 
 from __future__ import annotations
 
@@ -23,11 +23,11 @@ from goalscope.types import (
 __all__ = ["Reason", "in_words", "reasons", "word_evidence"]
 
 _WORTH_TELLING = 0.05
-"""Least probability of a goal that is told in words."""
+"""Least probability of a goal that `in_words` names."""
 _LIKELY = 0.5
-"""Probability from which a goal is told as what the person wants."""
+"""Probability from which `in_words` says that the person wants a goal."""
 _LONGEST = 80
-"""Most characters of a goal or an utterance that is told in words."""
+"""Most characters of a goal or an utterance in `in_words`."""
 
 Array = npt.NDArray[np.float64]
 
@@ -39,13 +39,12 @@ class Reason:
     Attributes:
         turn: 1 for the first.
         utterance: What the person said.
-        evidence: For the goal against the mean of the others, nats, as it counts when it is said;
-            0 where the words name nothing and tell no aim.
+        evidence: For the goal against the mean of the others, nats, after the calibration; 0 for
+            words that name nothing and tell no aim.
         probability: Of the goal after the turn.
-        without: What it would be at the end, had this not been said; later words keep their
-            evidence.
-        change: Chance that the person had changed their mind before, as far as these words speak
-            for that: what was said earlier counts so much less.
+        without: Of the goal at the end, had this not been said; later words keep their evidence.
+        change: Chance that the person had changed their mind before these words, so that earlier
+            ones count less.
     """
 
     turn: int
@@ -57,11 +56,11 @@ class Reason:
 
 
 def reasons(belief: Belief, turns: Sequence[Turn], goal: str | Goal) -> list[Reason]:
-    """What each turn says for a goal.
+    """The evidence of each turn for a goal.
 
-    Evidence is against the mean of the other goals: of words that suit all alike ("Yes, it's right
-    here.") it is little, and of either sign, as the others are. Words that speak for a goal can
-    still make it less likely, as another goal gains more.
+    Evidence is against the mean of the other goals: words that suit all alike ("Yes, it's right
+    here.") have little, of either sign. Words that speak for a goal can still make it less likely,
+    if they speak more for another.
 
     Raises:
         InvalidInputError: The belief holds no such goal, or other turns.
@@ -89,7 +88,7 @@ def reasons(belief: Belief, turns: Sequence[Turn], goal: str | Goal) -> list[Rea
 
 
 def in_words(belief: Belief, turns: Sequence[Turn]) -> str:
-    """Tell a person what they seem to want, how sure that is, why, and what else it could be.
+    """What a person seems to want, how sure that is, why, and what else it could be.
 
     Args:
         belief: Over their goals.
@@ -118,7 +117,7 @@ def _percent(probability: float) -> str:
 
 
 def _because(belief: Belief, turns: Sequence[Turn], goal: Goal) -> str:
-    """What speaks most for a goal; "" where nothing does."""
+    """What speaks most for a goal; "" if nothing does."""
     if goal in [pinned for _, pinned in belief.pinned]:
         return ", which you confirmed"
     if len(turns) != len(belief.log_likelihood) or not turns:
@@ -136,11 +135,11 @@ def _cut(text: str) -> str:
 def word_evidence(
     likelihood: RolePlay, task: str, belief: Belief, turns: Sequence[Turn], goal: str | Goal
 ) -> list[tuple[str, float]]:
-    """What each word of the last turn says for a goal; together what the turn says.
+    """The evidence of each word in the last turn for a goal; their sum is that of the turn.
 
     Returns:
-        Each word with its evidence against the mean of the other goals, nats, as it counts after
-        the calibration. Spaces belong to the word after them.
+        Each word with its evidence against the mean of the other goals, nats, after the
+        calibration. Spaces belong to the word after them.
 
     Raises:
         InvalidInputError: The belief holds no such goal.

@@ -1,4 +1,4 @@
-"""Which calibration goes with which model: those that come with goalscope, and the user's own."""
+"""The calibration of each model: those that come with goalscope, and the user's own."""
 
 from __future__ import annotations
 
@@ -26,6 +26,8 @@ from goalscope.types import GoalscopeError, InvalidInputError
 
 __all__ = [
     "NAMED",
+    "SHIPPED",
+    "YOURS",
     "calibration_file",
     "calibration_named",
     "keep_calibration",
@@ -34,7 +36,10 @@ __all__ = [
 ]
 
 NAMED = {"paper": PAPER, "default": DEFAULT, "last-turn": LAST_TURN}
-"""Those that go by a name wherever a file of one can be named."""
+"""Calibrations that are named instead of a file."""
+
+YOURS, SHIPPED = "yours", "comes with goalscope"
+"""Where `known_calibration` has found one."""
 
 
 def calibration_named(name: str) -> Calibration:
@@ -55,12 +60,12 @@ def calibration_named(name: str) -> Calibration:
 
 
 def known_calibration(scorer: Any, layout: str, *, end_of_turn: bool) -> tuple[Calibration, str]:
-    """What a model was calibrated to, and where that is known from.
+    """The calibration of a model, and where it comes from.
 
     The user's own comes first, then the one that comes with goalscope, then `DEFAULT`.
 
     Args:
-        scorer: What scores people's words.
+        scorer: The model that scores people's words.
         layout: Where the prompt states the goal.
         end_of_turn: Whether the end of the utterance is scored.
 
@@ -71,15 +76,15 @@ def known_calibration(scorer: Any, layout: str, *, end_of_turn: bool) -> tuple[C
     shipped = files(__name__) / own.name
     for place in (own, shipped):
         if place.is_file():
-            return _read(place), "yours" if place is own else "comes with goalscope"
+            return _read(place), YOURS if place is own else SHIPPED
     return DEFAULT, "not calibrated; `goalscope calibrate` does it"
 
 
 def calibration_file(scorer: Any, layout: str, *, end_of_turn: bool) -> Path:
-    """Where the user's calibration of a model with its adapter and prompt is kept.
+    """The file of the user's calibration of a model with its adapter and prompt.
 
-    A model is known by its name: how its weights are stored changes little. Prompt and adapter are
-    known by what they are.
+    It depends on the model's name, since how its weights are stored changes little, and on the
+    contents of the prompt and the adapter.
     """
     chat = render(layout.replace("-", "_"), task="T", goal="G", query="Q")
     adapter: Path | None = getattr(scorer, "adapter", None)
@@ -94,7 +99,7 @@ def calibration_file(scorer: Any, layout: str, *, end_of_turn: bool) -> Path:
 
 
 def own_calibrations() -> dict[Path, dict[str, Any]]:
-    """The user's own calibrations: each file, and what is said of it; nothing of a broken one."""
+    """The user's own calibrations: each file with its JSON, {} if it is broken."""
     found: dict[Path, dict[str, Any]] = {}
     for file in sorted(_folder().glob("*.json")):
         try:
@@ -110,7 +115,7 @@ def _folder() -> Path:
 
 
 def keep_calibration(file: Path, calibration: Calibration, about: Mapping[str, Any]) -> None:
-    """Write a calibration, with what is to be said of it.
+    """Write a calibration, with what else its JSON holds.
 
     Raises:
         GoalscopeError: The file cannot be written.

@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any, NamedTuple
 
 import typer
 
@@ -13,18 +13,40 @@ from goalscope.cli.options import Json
 from goalscope.cli.terminal import console, progress
 from goalscope.types import GoalscopeError, InvalidInputError, pluralize
 
+if TYPE_CHECKING:
+    from goalscope.calibrating import Observed
+
 __all__ = ["calibrate"]
 
 PEOPLE = 50
-"""From how many on a calibration is kept unasked.
+"""From how many people on a calibration is kept unasked.
 
-Of fewer dialogues there is no conformal threshold at 0.02, and a set that held what is true in 90 %
-of them might hold it in only 79 % of others (95 % interval).
+Of fewer dialogues there is no conformal threshold at 0.02, and a set that held the truth in 90 % of
+them might hold it in only 79 % of others (95 % interval).
 """
 
 OWN, HELD_OUT = "the model's own", "held out"
-"""The row of the calibration that there is so far, and of the one that is fitted."""
-ORIGINS = {"yours": "your earlier one", "comes with goalscope": "the one that came with goalscope"}
+"""The rows of the calibration that was used so far, and of the one that is fitted."""
+
+
+class Way(NamedTuple):
+    """How dialogues were scored: by which model, as JSON, and with which prompt."""
+
+    model: str
+    layout: str
+    end_of_turn: bool
+
+    @property
+    def name(self) -> str:
+        """The name that `--only` takes."""
+        from goalscope.models.opening import model_label
+
+        label = model_label(json.loads(self.model))
+        return _name(label, self.layout, end_of_turn=self.end_of_turn)
+
+
+Cells = list[tuple[Any, Any]]
+"""Spec and result of measured dialogues."""
 
 
 def calibrate(
@@ -32,7 +54,7 @@ def calibrate(
         list[Path] | None,
         typer.Argument(
             metavar="RESULTS.db...",
-            help="What `bench dialogues` or an experiment with dialogues has left.",
+            help="Results of `bench dialogues`, or of an experiment with dialogues.",
         ),
     ] = None,
     out: Annotated[
@@ -43,15 +65,13 @@ def calibrate(
     ] = None,
     only: Annotated[
         str | None,
-        typer.Option(
-            metavar="NAME", help="Of several models and layouts this one, as they are shown."
-        ),
+        typer.Option(metavar="NAME", help="Of several models and layouts this one, as shown."),
     ] = None,
     anyway: Annotated[
         bool, typer.Option("--anyway", help=f"Keep it though it is of fewer than {PEOPLE} people.")
     ] = False,
     reset: Annotated[
-        bool, typer.Option("--reset", help="Take your own away again: all, or that of --only.")
+        bool, typer.Option("--reset", help="Delete your own calibrations: all, or that of --only.")
     ] = False,
     as_json: Json = False,
 ) -> None:
@@ -59,63 +79,72 @@ def calibrate(
 
     From dialogues whose goals are known it finds what the evidence has to be divided by (the
     temperature), what "Unspecified" is compared with (the reference), and how many goals a set
-    must hold to hold the true one. It is kept for the model with its adapter and prompt, and used
-    from then on wherever that is, in the place of the one that comes with goalscope.
+    must hold to hold the true one. It is kept for the model with its adapter and prompt, and
+    replaces the one that comes with goalscope wherever that model is used.
     """
-    from collections import Counter
-    from contextlib import suppress
-    from dataclasses import asdict
-
-    from goalscope.calibrating import FOLDS, fit_calibration, observed_in, quality
-    from goalscope.calibration import DEFAULT, PAPER
-    from goalscope.calibrations import calibration_file, keep_calibration, known_calibration
-    from goalscope.experiment.identity import opened
-    from goalscope.experiment.results import Results
-    from goalscope.models.opening import model_label, parts
-
     if reset:
         if results or out:
-            raise InvalidInputError("--reset takes calibrations away: name no results, no --out.")
+            raise InvalidInputError("--reset deletes calibrations: name no results and no --out.")
         _reset(only, as_json=as_json)
         return
-    if not results:
+    ways = _read(results or [], only)
+    if out and len(ways) > 1:
         raise InvalidInputError(
-            "Name a file of results. `goalscope bench dialogues SET --results DIR` makes one."
+            f"These files hold dialogues scored in {len(ways)} ways: "
+            f"{'; '.join(way.name for way in ways)}. Name one with --only, or leave --out out to "
+            "keep each for its own model."
         )
-    ways: dict[str, list[tuple[Any, Any]]] = {}
+    observed = _observed(ways, keeps=not (anyway or out))
+    made = [_fit(way, found, out) for way, found in observed.items()]
+    if as_json:
+        print(json.dumps(made))
+    else:
+        _show(made, kept=out is None)
+
+
+def _read(results: Sequence[Path], only: str | None) -> dict[Way, Cells]:
+    """The dialogues of files of results, by the way in which they were scored.
+
+    Raises:
+        InvalidInputError: There are none.
+    """
+    from goalscope.experiment.results import Results
+
+    make = "`goalscope bench dialogues SET --results DIR` makes one."
+    if not results:
+        raise InvalidInputError(f"Name a file of results. {make}")
+    ways: dict[Way, Cells] = {}
     for path in results:
         if not path.is_file():
-            raise InvalidInputError(
-                f"There is no file {path}. `goalscope bench dialogues SET --results DIR` makes one."
-            )
+            raise InvalidInputError(f"There is no file {path}. {make}")
         with Results.open(path) as kept:
             for cell in kept.asked_for():
                 spec = cell.spec
                 if spec["kind"] == "dialogue" and cell.result:
-                    way = [spec["model"], spec["layout"], spec["end_of_turn"]]
-                    ways.setdefault(json.dumps(way), []).append((spec, cell.result))
+                    way = Way(json.dumps(spec["model"]), spec["layout"], spec["end_of_turn"])
+                    ways.setdefault(way, []).append((spec, cell.result))
     if not ways:
         raise InvalidInputError("These files hold no dialogues with known goals.")
-    names: dict[str, str] = {}
-    for way in ways:
-        model, layout, end_of_turn = json.loads(way)
-        names[way] = _name(model_label(model), layout, end_of_turn=end_of_turn)
-    if only:
-        known = "; ".join(names.values())
-        ways = {way: cells for way, cells in ways.items() if names[way] == only}
-        if not ways:
-            raise InvalidInputError(f"These files hold no model {only!r}. There are: {known}.")
-    if out and len(ways) > 1:
-        raise InvalidInputError(
-            f"These files hold dialogues scored in {len(ways)} ways: "
-            f"{'; '.join(names[way] for way in ways)}. Name one with --only, or leave --out out to "
-            "keep each for its own model."
+    chosen = {way: cells for way, cells in ways.items() if only in (None, way.name)}
+    if not chosen:
+        known = "; ".join(way.name for way in ways)
+        raise InvalidInputError(f"These files hold no model {only!r}. There are: {known}.")
+    return chosen
+
+
+def _observed(ways: Mapping[Way, Cells], *, keeps: bool) -> dict[Way, list[Observed]]:
+    """The dialogues that can calibrate.
+
+    Raises:
+        InvalidInputError: They are of too few people; a calibration that is kept needs more.
+    """
+    from goalscope.calibrating import observed_in
+
+    learned = sum(bool(result.get("learned")) for cells in ways.values() for _, result in cells)
+    if learned:
+        console(stderr=True).print(
+            f"Left out: {pluralize(learned, 'dialogue')} that the adapter has learned from."
         )
-    told: list[dict[str, Any]] = []
-    taught = sum(bool(result.get("learned")) for cells in ways.values() for _, result in cells)
-    if taught:
-        said = f"Left out: {pluralize(taught, 'dialogue')} from which the adapter has learned."
-        console(stderr=True).print(said)
     observed = {way: observed_in(cells) for way, cells in ways.items()}
     people = {way: len({each.group for each in found}) for way, found in observed.items()}
     if min(people.values()) < 3:
@@ -123,49 +152,57 @@ def calibrate(
             "There are too few people: some are to fit on, others to judge by. For each model give "
             "dialogues of at least three people, each dialogue with three goals or more."
         )
-    few = [f"{names[way]} (of {n})" for way, n in people.items() if n < PEOPLE]
-    if few and not (anyway or out):
+    few = [f"{way.name} (of {n})" for way, n in people.items() if n < PEOPLE]
+    if few and keeps:
         raise InvalidInputError(
-            f"Nothing is kept: {'; '.join(few)}: dialogues of {PEOPLE} people are needed for a "
-            "calibration that is to count from now on. Say --anyway to keep it all the same, or "
-            "--out FILE to try it with --calibration."
+            f"Nothing is kept: {'; '.join(few)}: a calibration that is used from now on needs "
+            f"dialogues of {PEOPLE} people. Give --anyway to keep it all the same, or --out FILE "
+            "to try it with --calibration."
         )
-    for way, found in observed.items():
-        model, layout, end_of_turn = json.loads(way)
-        about: dict[str, Any] = {
-            "model": model_label(model),
-            "layout": layout,
-            "end_of_turn": end_of_turn,
-            "dialogues": dict(Counter(each.origin for each in found)),
-            "quality": {},
-        }
-        scorer = parts(opened(model))[1]
-        file = out or calibration_file(scorer, layout, end_of_turn=end_of_turn)
-        replaces: dict[str, Any] = {"origin": "broken", "dialogues": 0}
-        ways_of = {"Eq. 1": PAPER, "default": DEFAULT}
-        with suppress(InvalidInputError):  # a broken file of one's own
-            before, origin = known_calibration(scorer, layout, end_of_turn=end_of_turn)
-            replaces = {"origin": origin, "dialogues": before.n}
-            if origin in ORIGINS:
-                ways_of[OWN] = before
-        with progress(f"Fitting {about['model']}") as show:
-            done, total = 0, (len(ways_of) + 1) * FOLDS + 1
-            for name, known in {**ways_of, HELD_OUT: None}.items():
-                for step in quality(found, known):
-                    show(done, total)
-                    done += step is None
-                    about["quality"][name] = step and asdict(step)
-            fitted = fit_calibration(found)
-            show(total, total)
-        keep_calibration(file, fitted, about)
-        made = {**about, "file": str(file), "calibration": asdict(fitted)}
-        made["replaces"] = None if out else replaces
-        made["better"] = _better(about["quality"], replaces["origin"])
-        told.append(made)
-    if as_json:
-        print(json.dumps(told))
-    else:
-        _show(told)
+    return observed
+
+
+def _fit(way: Way, found: Sequence[Observed], out: Path | None) -> dict[str, Any]:
+    """Fit a calibration, keep it, and say how good it is beside others."""
+    from collections import Counter
+    from contextlib import suppress
+    from dataclasses import asdict
+
+    from goalscope import calibrations
+    from goalscope.calibrating import fit_calibration, quality
+    from goalscope.calibration import DEFAULT, PAPER, Calibration
+    from goalscope.experiment.identity import opened
+    from goalscope.models.opening import model_label, parts
+
+    model = json.loads(way.model)
+    prompt: dict[str, Any] = {"layout": way.layout, "end_of_turn": way.end_of_turn}
+    scorer, origin = parts(opened(model))[1], ""
+    beside: dict[str, Calibration | None] = {"Eq. 1": PAPER, "default": DEFAULT}
+    with suppress(InvalidInputError):  # a broken file of one's own
+        known, origin = calibrations.known_calibration(scorer, **prompt)
+        if origin in (calibrations.YOURS, calibrations.SHIPPED):
+            beside[OWN] = known
+    beside[HELD_OUT] = None
+    rows: dict[str, Any] = {}
+    with progress(f"Fitting {model_label(model)}") as show:
+        for name, each in beside.items():
+            show(len(rows), len(beside) + 1)
+            rows[name] = asdict(quality(found, each))
+        show(len(rows), len(beside) + 1)
+        fitted = fit_calibration(found)
+    about: dict[str, Any] = {
+        "model": model_label(model),
+        **prompt,
+        "dialogues": dict(Counter(each.origin for each in found)),
+        "quality": rows,
+    }
+    file = out or calibrations.calibration_file(scorer, **prompt)
+    calibrations.keep_calibration(file, fitted, about)
+    # The user's earlier one may have been fitted on these very people.
+    fair = [name for name in rows if name != OWN or origin == calibrations.SHIPPED]
+    best = min(fair, key=lambda name: (rows[name]["log_loss"], name != HELD_OUT))
+    better = None if best == HELD_OUT else best
+    return {**about, "file": str(file), "calibration": asdict(fitted), "better": better}
 
 
 def _name(model: str, layout: str, *, end_of_turn: bool) -> str:
@@ -188,48 +225,27 @@ def _reset(only: str | None, *, as_json: bool) -> None:
         try:
             file.unlink(missing_ok=True)
         except OSError as error:
-            raise GoalscopeError(
-                f"{file} cannot be taken away: {error.strerror or error}."
-            ) from None
+            raise GoalscopeError(f"{file} cannot be deleted: {error.strerror or error}.") from None
     if as_json:
         print(json.dumps({"reset": [*gone.values()]}))
         return
     said = "You have no calibration of your own."
     if gone:
         said = (
-            f"Taken away: {'; '.join(gone.values())}. What comes with goalscope counts again, and "
-            "the default for models without."
+            f"Deleted: {'; '.join(gone.values())}. The calibration that comes with goalscope is "
+            "used again, and the default for models without one."
         )
     console().print(terminal_safe(said), soft_wrap=True)
 
 
-def _better(quality: Mapping[str, Any], origin: str) -> str | None:
-    """Which has the least log-loss on people whom what was fitted does not know; None for itself.
-
-    One's own earlier one may know them.
-    """
-    fair = [name for name in quality if (name, origin) != (OWN, "yours")]
-    best = min(fair, key=lambda name: (quality[name]["log_loss"], name != HELD_OUT))
-    return None if best == HELD_OUT else best
-
-
-def _replaced(replaces: Mapping[str, Any]) -> str:
-    """What a new calibration takes the place of, and the way back."""
-    one = ORIGINS.get(replaces["origin"], "the default")
-    if replaces["dialogues"]:
-        one = f"{one}, of {pluralize(replaces['dialogues'], 'dialogue')}"
-    one = "a broken file" if replaces["origin"] == "broken" else one
-    return f"It replaces {one}. `goalscope calibrate --reset` takes your own away again."
-
-
-def _show(told: list[dict[str, Any]]) -> None:
+def _show(made: Sequence[Mapping[str, Any]], *, kept: bool) -> None:
     from rich.box import SIMPLE_HEAD
     from rich.table import Table as Grid
 
     from goalscope.safe_text import terminal_safe
 
     out = console()
-    for each in told:
+    for each in made:
         dialogues = ", ".join(f"{n} of {name}" for name, n in each["dialogues"].items())
         name = _name(each["model"], each["layout"], end_of_turn=each["end_of_turn"])
         grid = Grid(
@@ -244,11 +260,11 @@ def _show(told: list[dict[str, Any]]) -> None:
             size = "" if row["size"] is None else f"{row['size']:.1f}"
             grid.add_row(name, f"{row['log_loss']:.3f}", f"{row['auroc']:.3f}", *shares, size)
         out.print(grid)
-        made = each["calibration"]
+        fitted = each["calibration"]
         out.print(
             terminal_safe(
-                f"temperature {made['temperature']:g}, reference {made['reference']:g}, switching "
-                f"{made['switching']:g}; kept in {each['file']}"
+                f"temperature {fitted['temperature']:g}, reference {fitted['reference']:g}, "
+                f"switching {fitted['switching']:g}; kept in {each['file']}"
             )
         )
         if best := each["better"]:
@@ -256,14 +272,14 @@ def _show(told: list[dict[str, Any]]) -> None:
             said = f'By log-loss, "{best}" ({least:.3f}) is better than what was fitted on other '
             said += f"people ({loss:.3f}): more dialogues may change that."
             out.print(terminal_safe(said, "yellow"), soft_wrap=True)
-        if each["replaces"]:
-            out.print(terminal_safe(_replaced(each["replaces"])), soft_wrap=True)
     out.print(
         terminal_safe(
-            "Log-loss of what is true, with the true goal among the goals and without it, where "
+            "Log-loss of the truth, with the true goal among the goals and without it, where "
             "Unspecified is the truth. Held out: as calibrated on dialogues of other people; "
-            f"{OWN} may have been fitted on some of these. The 90 % set holds what is true, with "
+            f"{OWN} may have been fitted on some of these. The 90 % set holds the truth, with "
             "the true goal present and absent.",
             "dim",
         )
     )
+    if kept:
+        out.print("`goalscope calibrate --reset` deletes your own calibrations again.")

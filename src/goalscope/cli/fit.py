@@ -7,7 +7,7 @@ import shlex
 import sys
 from collections.abc import Mapping
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any, Literal
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
@@ -56,10 +56,6 @@ def fit(
     data: Annotated[
         Path | None, typer.Option(help="Folder of the datasets.  [default: $GOALSCOPE_DATA]")
     ] = None,
-    objective: Annotated[
-        Literal["words", "goals", "both"],
-        typer.Option(help="The likelihood of the words, the posterior of the goals, or both."),
-    ] = "both",
     steps: Annotated[int, typer.Option(min=1, help="Most steps, of 4 dialogues each.")] = 400,
     every: Annotated[int, typer.Option(min=1, help="Steps from one validation to the next.")] = 50,
     validation: Annotated[int, typer.Option(min=1, help="Most dialogues that validate.")] = 60,
@@ -70,13 +66,6 @@ def fit(
         int | None,
         typer.Option(min=1, help="Of the adapter, if it begins with none.  [default: 8]"),
     ] = None,
-    layers: Annotated[
-        float | None,
-        typer.Option(
-            help="Share of the layers, the last ones, to adapt, if it begins with none.  "
-            "[default: 0.5]"
-        ),
-    ] = None,
     layout: Layout = None,
     seed: Seed = 1,
     device: Device = None,
@@ -86,32 +75,26 @@ def fit(
 
     A row of a file is as for `infer`, with the true goal, or its place from 0, under "true", and
     perhaps a "group", such as who speaks. At most a third of the groups validate; fitting ends
-    when they have not become better for a while. Run again, it goes on where it stopped. The
-    folder then holds the adapter, for --adapter, and a model card.
+    when the validation has not improved for a while. An interrupted fit is resumed by the same
+    command. In the end the folder holds the adapter, for --adapter, and a model card.
     """
     from goalscope.fitting.fit import Settings
-    from goalscope.fitting.plan import plan_fit
-    from goalscope.fitting.run import fit_adapter
+    from goalscope.fitting.plan import Plan
     from goalscope.fitting.sources import read_source
     from goalscope.likelihood import DEFAULT_LAYOUT
     from goalscope.models.adapters import NO_ADAPTER, adapter_file, shipped
 
     check_fit(model, learning_rate)
-    if layers is not None and not 0 < layers <= 1:
-        raise InvalidInputError(f"--layers must be above 0 and at most 1, not {layers}.")
     begin = None if start == NO_ADAPTER else adapter_file(start) if start else None
     if start is None and model is None:
         begin = shipped()
-    if begin is not None and (rank is not None or layers is not None):
+    if begin is not None and rank is not None:
         raise InvalidInputError(
-            "The adapter to begin with has a rank and layers of its own. Leave out --rank and "
-            "--layers, or begin with --start none."
+            "The adapter to begin with has a rank of its own. Leave out --rank, or begin with "
+            "--start none."
         )
-    usual = Settings()
     settings = Settings(
-        objective=objective,
-        rank=rank or usual.rank,
-        layers=layers or usual.layers,
+        rank=rank or Settings().rank,
         learning_rate=learning_rate,
         steps=steps,
         validate_every=every,
@@ -121,20 +104,17 @@ def fit(
     read = [read_source(name, data) for name in sources]
     err, out = console(stderr=True), out.resolve()
     base, layout = base_of(model), layout or DEFAULT_LAYOUT
-    plan = plan_fit(read, out, settings, start=begin, layout=layout, base=base)
-    if facts := plan.finished():
-        _tell(facts, out, as_json)
-        return
+    plan = Plan(read, out, settings, start=begin, layout=layout, base=base)
     engine = engine_of(model, device)
     command = shlex.join(["goalscope", *sys.argv[1:]])
     began = False
     try:
         with progress("Steps") as show:
             show(0, steps)
-            for each in fit_adapter(engine, plan, command=command):
+            for each in plan.run(engine, command=command):
                 show(each.step, steps)
                 if each.validation is None and not began and not as_json:
-                    err.print(f"Goes on after step {each.step}.")
+                    err.print(f"Resumed after step {each.step}.")
                 began = True
                 if (found := each.validation) and not as_json:
                     err.print(
@@ -144,18 +124,22 @@ def fit(
                     )
     except KeyboardInterrupt:
         if (out / "state.pt").exists():
-            err.print("Interrupted. The same command goes on, at most ten steps back.")
+            err.print("Interrupted. The same command resumes, at most ten steps back.")
         raise
     finally:
         engine.close()
-    _tell(json.loads((out / "fit.json").read_text(encoding="utf-8")), out, as_json)
+    facts = json.loads((out / "fit.json").read_text(encoding="utf-8"))
+    if as_json:
+        print(json.dumps(facts))
+    else:
+        _show(facts, out)
 
 
 def check_fit(model: str | None, learning_rate: float) -> None:
-    """Refuse what no fit can do, before anything is loaded.
+    """Refuse a server's model and a learning rate out of range, before anything is loaded.
 
     Raises:
-        InvalidInputError: The model is a server's, or the learning rate no sensible one.
+        InvalidInputError: Says which.
     """
     if model and model.startswith(("http://", "https://")):
         raise InvalidInputError("A server's model cannot be fitted. Name its folder or file.")
@@ -186,13 +170,10 @@ def engine_of(model: str | None, device: str | None) -> Transformers:
         return Transformers(name, context_size=2048, device=device, dtype=dtype)
 
 
-def _tell(facts: Mapping[str, Any], out: Path, as_json: bool) -> None:
-    """Say what a finished fit has led to."""
+def _show(facts: Mapping[str, Any], out: Path) -> None:
+    """Print the figures of a finished fit, and how to use the adapter."""
     from goalscope.safe_text import terminal_safe
 
-    if as_json:
-        print(json.dumps(facts))
-        return
     best, first, number = facts["best"], facts["history"][0], facts["validated"]
     figures = (("log-loss", "log_loss", ".3f"), ("top-1", "top1", ".0%"), ("AUROC", "auroc", ".3f"))
     told = ", ".join(f"{name} {best[k]:{form}} ({first[k]:{form}})" for name, k, form in figures)
@@ -205,8 +186,8 @@ def _tell(facts: Mapping[str, Any], out: Path, as_json: bool) -> None:
     )
     err = console(stderr=True)
     if number < FEW:
-        err.print(f"Fewer than {FEW} dialogues that validate tell little. Give more dialogues.")
+        err.print(f"A validation on fewer than {FEW} dialogues says little. Give more dialogues.")
     if not best["step"]:
-        err.print("No step lowered the loss: these are the weights that it began with.")
+        err.print("No step lowered the loss: the adapter has the weights that it began with.")
     use = f"Use it with: goalscope infer FILE --out OUT --adapter {out}"
     err.print(terminal_safe(use), style="dim", soft_wrap=True)

@@ -21,7 +21,7 @@ from goalscope.types import InvalidInputError
 
 if TYPE_CHECKING:
     from goalscope.benchmarks.reading import Language, Line
-    from goalscope.fitting.lessons import Taught
+    from goalscope.fitting.corpus import Entry
     from goalscope.orders import Reading
 
 __all__ = ["bench_reading", "fit_writer"]
@@ -175,7 +175,6 @@ def fit_writer(
         float, typer.Option(min=0.001, help="How often each conversation is learned from.")
     ] = 2.0,
     learning_rate: Annotated[float, typer.Option(help="At its highest.")] = 1e-3,
-    batch_tokens: Annotated[int, typer.Option(min=100, help="Of one step, about.")] = 1200,
     rank: Annotated[int, typer.Option(min=1, help="Of the adapter.")] = 32,
     seed: Seed = 1,
     device: Device = None,
@@ -187,23 +186,24 @@ def fit_writer(
     folder then holds the adapter; `goalscope bench reading FILE.jsonl --adapter DIR` measures how
     it reads, and `fit.json` tells how well it knows what --validate names.
     """
-    from goalscope.fitting.lessons import corpus_facts, lessons_of, read_lessons
+    from goalscope.fitting.corpus import corpus_facts, read_entries
+    from goalscope.fitting.lessons import lessons_of
+    from goalscope.fitting.training import check_folder
     from goalscope.fitting.writing import WritingSettings, fit_writing
     from goalscope.models.adapters import adapter_file
 
     check_fit(model, learning_rate)
     languages = _languages(domain)
-    taught = [each for path in corpus for each in read_lessons(path)]
-    tried = [each for path in validate or () for each in read_lessons(path)]
+    taught = [each for path in corpus for each in read_entries(path)]
+    tried = [each for path in validate or () for each in read_entries(path)]
     checked = [_taught(each, languages, bool(domain)) for each in (taught, tried)]
-    settings = WritingSettings(
-        rank=rank, learning_rate=learning_rate, batch_tokens=batch_tokens, epochs=epochs, seed=seed
-    )
+    settings = WritingSettings(rank=rank, learning_rate=learning_rate, epochs=epochs, seed=seed)
+    check_folder(out)
     engine = engine_of(model, device)
     err = console(stderr=True)
     try:
         lessons, validation = (
-            lessons_of(each, engine, languages, settings, known=checked[0]) for each in checked
+            lessons_of(each, engine, languages, known=checked[0]) for each in checked
         )
         with progress("Steps") as show:
             for step, steps, loss in fit_writing(
@@ -225,7 +225,7 @@ def fit_writer(
     err.print(f"Measure it with: goalscope bench reading FILE.jsonl --adapter {out}")
 
 
-def _taught(found: Sequence[Taught], languages: dict[str, Language], only: bool) -> list[Taught]:
+def _taught(found: Sequence[Entry], languages: dict[str, Language], only: bool) -> list[Entry]:
     """The same; of the messages only those that `_chosen` takes."""
     from goalscope.benchmarks.reading import Line
 

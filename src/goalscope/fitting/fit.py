@@ -1,13 +1,12 @@
-"""Fit an adapter: steps that survive an interruption, and a validation that says when to stop."""
+"""Fit an adapter to dialogues: training steps, and validations that say when to stop."""
 
 from __future__ import annotations
 
 import math
-import time
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import asdict, dataclass
 from pathlib import Path
-from typing import Any, Literal
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -21,39 +20,37 @@ from goalscope.fitting.training import KEPT, Training, diverged
 from goalscope.stats import auroc
 from goalscope.types import UNSPECIFIED, GoalscopeError
 
-__all__ = ["Fit", "Objective", "Progress", "Settings", "Validation"]
+__all__ = ["Fit", "Progress", "Settings", "Validation"]
 
 Array = npt.NDArray[np.float64]
-Objective = Literal["words", "goals", "both"]
-"""What is made small; see `Settings`."""
 
 
 @dataclass(frozen=True, slots=True)
 class Settings:
     """How to fit.
 
+    The loss of a dialogue is minus the log-posterior of the true goal, with Unspecified among the
+    wrong ones, and minus that of Unspecified where the true goal is left out, the mean over turns;
+    plus `words_weight` times minus the log-probability of the person's words under the true goal
+    and under none, nats a token.
+
     Attributes:
-        objective: What is made small. "words": minus the log-probability of the person's words
-            under the true goal, and under none, nats a token. "goals": minus the log-posterior of
-            the true goal, Unspecified among the wrong ones, and that of Unspecified where the true
-            goal is left out; the mean over turns. "both": "goals" and some of "words".
-        words_weight: How much of "words" is in "both".
+        words_weight: Of the likelihood of the words in the loss.
         rank: Of the adapter.
-        layers: The share of the model's layers, the last ones, that are adapted.
-        learning_rate: Of AdamW at its highest; it falls to nearly 0 at the last step.
-        batch_size: Dialogues of one step.
+        layers: Share of the model's layers, the last ones, that are adapted.
+        learning_rate: Of AdamW at its peak; it falls to nearly 0 at the last step.
+        batch_size: Dialogues of a step.
         steps: Most steps.
         validate_every: Steps between two validations.
-        patience: Validations in a row without an improvement, after which it ends.
-        negatives: Wrong goals that are drawn beside the true one and Unspecified; twice as many
-            validate. The loss counts those drawn for all that there are.
-        longest: Most turns of a dialogue: an example ends after any of its first ones.
+        patience: Validations in a row without an improvement after which fitting ends.
+        negatives: Wrong goals that are drawn beside the true one and Unspecified, and twice as many
+            for a validation. The loss counts them for all the wrong goals that there are.
+        longest: Most turns of an example, which ends after any of the first turns.
         validation: Most dialogues that validate.
         temperature: Divides the evidence, as at inference.
-        seed: Of all that is drawn.
+        seed: Of everything that is drawn.
     """
 
-    objective: Objective = "both"
     words_weight: float = 0.3
     rank: int = 8
     layers: float = 0.5
@@ -74,18 +71,16 @@ class Validation:
     """How good the adapter is on dialogues that it does not learn from.
 
     Attributes:
-        step: After so many steps.
-        seconds: Since the beginning, without interruptions.
-        training: Mean of what was made small since the last validation; None before the first step.
-        loss: The objective "goals", which decides.
-        top1: Share of dialogues whose true goal leads after the last turn that was read.
+        step: Steps done.
+        training: Mean loss of the steps since the last validation; None before the first step.
+        loss: That of `Settings` without its second part; it decides which weights are best.
+        top1: Share of dialogues whose true goal leads after the last turn.
         log_loss: Minus the log-probability of the true goal then, among the goals alone, nats.
         auroc: How well the posterior of Unspecified then tells dialogues without their true goal
             from those without one of the wrong ones; 0.5 is chance.
     """
 
     step: int
-    seconds: float
     training: float | None
     loss: float
     top1: float
@@ -95,7 +90,7 @@ class Validation:
 
 @dataclass(frozen=True, slots=True)
 class Progress:
-    """A step was done, or a validation, if there is one."""
+    """Steps done, and the validation after them, if there was one."""
 
     step: int
     validation: Validation | None = None
@@ -105,9 +100,9 @@ class Fit:
     """The fitting of one adapter.
 
     Attributes:
-        settings: How.
+        settings: How to fit.
         history: The validations so far.
-        ended: Whether it is over.
+        ended: Whether fitting is over.
     """
 
     def __init__(
@@ -119,18 +114,18 @@ class Fit:
         folder: Path,
         about: Mapping[str, Any],
     ) -> None:
-        """Begin, or go on where `folder` was left.
+        """Begin, or resume the fit in the folder.
 
         Args:
             learner: The model.
             train: Dialogues to learn from, by source; each source is drawn as often.
             validation: Dialogues to validate with.
-            settings: How.
-            folder: Where the state is kept.
-            about: What else a resumed run must have in common, as JSON: model, data, beginning.
+            settings: How to fit.
+            folder: Keeps the state.
+            about: What else an interrupted fit must have in common to be resumed, as JSON.
 
         Raises:
-            InvalidInputError: The folder holds a run with other settings, or of other software.
+            InvalidInputError: The folder holds another fit.
         """
         self.settings = settings
         self.history: list[Validation] = []
@@ -147,7 +142,6 @@ class Fit:
             folder=folder,
             about={"settings": asdict(settings), **about},
         )
-        self._seconds = 0.0
         self._losses: list[float] = []  # since the last validation
         self._best: dict[str, Any] = learner.state()
         self._training.resume(self._resume)
@@ -162,7 +156,7 @@ class Fit:
         """The validation with the smallest loss."""
         return min(self.history, key=lambda each: each.loss)
 
-    def taught(self) -> list[list[Case]]:
+    def learned(self) -> list[list[Case]]:
         """The dialogues that the best weights have learned from, each once, by source."""
         found: list[dict[str, Case]] = [{} for _ in self._train]
         for step in range(self.best.step):
@@ -171,24 +165,21 @@ class Fit:
         return [[*each.values()] for each in found]
 
     def run(self) -> Iterator[Progress]:
-        """Do what is left, step by step; the state is on disk every ten steps.
+        """Do what is left, step by step; in the end the learner has the best weights.
 
-        A fit that goes on first yields the step from which it does. In the end the learner has the
-        best weights.
+        A resumed fit first yields the step that it continues from.
         """
-        settings, began = self.settings, time.monotonic() - self._seconds
         if not self.history:
-            yield self._validate(None, began)
+            yield self._validate(None)
         elif not self.ended:
             yield Progress(self.step)
         while not self.ended:
             self._losses.append(self._learn())
             yield Progress(self.step)
-            if self.step % settings.validate_every == 0 or self.step == settings.steps:
+            if self.step % self.settings.validate_every == 0 or self.step == self.settings.steps:
                 training, self._losses = float(np.mean(self._losses)), []
-                yield self._validate(training, began)
+                yield self._validate(training)
             elif self.step % KEPT == 0:
-                self._seconds = time.monotonic() - began
                 self._keep()
         self._learner.restore(self._best)
 
@@ -207,15 +198,12 @@ class Fit:
             yield source, random.choice(random.choice(self._train[source])), name
 
     def _loss(self, example: Example) -> Any:
-        settings = self.settings
         table = self._learner.log_likelihood(example)
-        goals = _goals_loss(table / settings.temperature, example)
-        if settings.objective == "goals":
-            return goals
+        goals = _goals_loss(table / self.settings.temperature, example)
         words = -table[:, :2].sum() / (2 * self._learner.tokens(example))
-        return words if settings.objective == "words" else goals + settings.words_weight * words
+        return goals + self.settings.words_weight * words
 
-    def _validate(self, training: float | None, began: float) -> Progress:
+    def _validate(self, training: float | None) -> Progress:
         with package("torch").no_grad(), self._learner.enough_memory():
             tables = [
                 self._learner.log_likelihood(each) / self.settings.temperature
@@ -234,8 +222,7 @@ class Fit:
             )
         last = [table.sum(0).double().cpu().numpy() for table in tables]
         scores = _scores(last, [each.group for each in self._validation])
-        self._seconds = time.monotonic() - began
-        found = Validation(self.step, self._seconds, training, float(np.mean(losses)), *scores)
+        found = Validation(self.step, training, float(np.mean(losses)), *scores)
         if not self.history or found.loss < self.best.loss:
             self._best = self._learner.state()
         self.history.append(found)
@@ -247,7 +234,6 @@ class Fit:
     def _keep(self) -> None:
         self._training.keep(
             history=[asdict(each) for each in self.history],
-            seconds=self._seconds,
             losses=self._losses,
             ended=self.ended,
             best=self._best,
@@ -255,12 +241,11 @@ class Fit:
 
     def _resume(self, state: Mapping[str, Any]) -> None:
         self.history = [Validation(**each) for each in state["history"]]
-        self.ended, self._best = state["ended"], state["best"]
-        self._seconds, self._losses = state["seconds"], state["losses"]
+        self.ended, self._best, self._losses = state["ended"], state["best"], state["losses"]
 
 
 def _by_truth(cases: Sequence[Case]) -> list[list[Case]]:
-    """Dialogues with one true goal together, so that often and seldom goals are drawn alike.
+    """Dialogues grouped by their true goal, so that frequent and rare goals are drawn alike.
 
     Otherwise a goal's text alone would tell how likely it is to be true.
     """
@@ -275,18 +260,15 @@ def _example(case: Case, settings: Settings, name: str, *, validates: bool = Fal
     random = chance(settings.seed, f"{name} parts")
     wrong = [goal for place, goal in enumerate(case.goals) if place != case.truth]
     most = min(len(case.turns), settings.longest)
-    if validates:
-        negatives, end = 2 * settings.negatives, most
-    else:
-        end = random.randint(1, most)
-        negatives = 0 if settings.objective == "words" else settings.negatives
+    end = most if validates else random.randint(1, most)
+    negatives = settings.negatives * (2 if validates else 1)
     drawn = random.sample(wrong, min(len(wrong), negatives))
     goals = (case.goals[case.truth], UNSPECIFIED, *drawn)
     return Example(case.task, goals, case.turns[:end], len(wrong), case.group)
 
 
 def _goals_loss(evidence: Any, example: Example) -> Any:
-    """Minus the log-posteriors that ought to be large, from log-likelihoods [turns, goals]."""
+    """Minus the log-posteriors that should be large, from log-likelihoods [turns, goals]."""
     belief = evidence.cumsum(0)
     if belief.shape[1] > 2:
         each = math.log(example.negatives / (belief.shape[1] - 2))

@@ -1,4 +1,4 @@
-"""A model that learns: LoRA adapters on some of its layers, and how likely words are to it."""
+"""A model with trainable LoRA adapters, and the log-likelihood of words under it."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ from goalscope.types import Goal, GoalscopeError, ModelError, Turn
 
 __all__ = ["Example", "Learner"]
 
-_TREE = 700  # tokens of a tree that takes no further turn: attention looks from each to each
+_TREE = 700  # tokens from which a tree takes no further turn, as attention is quadratic
 
 
 @dataclass(frozen=True, slots=True)
@@ -34,7 +34,7 @@ class Example:
         task: The assistant's task.
         goals: The true goal, `UNSPECIFIED`, and wrong ones.
         turns: All of them.
-        negatives: How many wrong goals there are in all, of which some were drawn.
+        negatives: Number of wrong goals that the dialogue has, of which some were drawn.
         group: Of the dialogue.
     """
 
@@ -50,8 +50,8 @@ class Learner:
 
     Attributes:
         model: The model.
-        roleplay: Puts its prompts.
-        parameters: What is trained.
+        roleplay: Makes its prompts.
+        parameters: Those that are trained.
     """
 
     def __init__(
@@ -68,14 +68,14 @@ class Learner:
 
         Args:
             model: The model; it is changed.
-            roleplay: Puts its prompts.
+            roleplay: Makes its prompts.
             rank: Of the adapters.
-            layers: The share of the model's layers, the last ones, that have adapters.
-            seed: Of the adapters' first weights, with which they change nothing yet.
-            start: An adapter to begin with instead; rank and layers are then its own.
+            layers: Share of the model's layers, the last ones, that get adapters.
+            seed: Of the adapters' first weights, which change nothing yet.
+            start: An adapter to begin with, whose rank and layers are kept.
 
         Raises:
-            ModelError: The model has other layers than adapters are known for, or than `start`.
+            ModelError: The model has layers that cannot be adapted, or other layers than `start`.
         """
         peft, torch = package("peft"), package("torch")
         self.model, self.roleplay = model, roleplay
@@ -118,11 +118,7 @@ class Learner:
             self._begin(start)
 
     def log_likelihood(self, example: Example) -> Any:
-        """How likely the words of each turn are under each goal.
-
-        Returns:
-            A tensor [turns, goals] in nats, with gradients.
-        """
+        """The log-likelihood of each turn's words under each goal: [T, G], nats, with gradients."""
         torch = package("torch")
         scores: list[Any] = []
         trie, spots = Trie(), list[tuple[list[int], list[int]]]()
@@ -141,13 +137,13 @@ class Learner:
         return torch.stack(scores).reshape(len(example.turns), len(example.goals))
 
     def answers(self, trie: Trie, spots: Sequence[tuple[list[int], list[int]]]) -> list[Any]:
-        """How likely the tokens of each answer are after the nodes that lead to them, nats."""
+        """The log-likelihood of each answer after the nodes that lead to its tokens, nats."""
         nodes = [node for each, _ in spots for node in each]
         logprobs, _ = self.at(trie, nodes, [token for _, answer in spots for token in answer])
         return [each.sum() for each in logprobs.split([len(answer) for _, answer in spots])]
 
     def at(self, trie: Trie, nodes: Sequence[int], tokens: Sequence[int]) -> tuple[Any, Any]:
-        """[N] how likely each of N tokens is after its node, nats, and whether it is likeliest."""
+        """[N] log-probabilities of tokens after nodes, nats, and whether each is likeliest."""
         torch = package("torch")
         places = sorted({*nodes})
         row_of = {node: row for row, node in enumerate(places)}
@@ -162,36 +158,36 @@ class Learner:
 
     @contextmanager
     def enough_memory(self) -> Generator[None]:
-        """Within it, memory that is too small is a `GoalscopeError`."""
+        """Within it, running out of memory is a `GoalscopeError`."""
         try:
             yield
         except (RuntimeError, MemoryError) as error:
             if not self.model.network.is_out_of_memory(error):
                 raise
             raise GoalscopeError(
-                "The memory is too small to learn from a dialogue this long. Close what else needs "
-                "it, and the same command goes on; or take --device cpu or a smaller model, and "
+                "The memory is too small to learn from a dialogue this long. Close other programs, "
+                "and the same command resumes; or take --device cpu or a smaller model, and "
                 "another --out."
             ) from None
 
     def tokens(self, example: Example) -> int:
-        """Number of tokens of the person's words."""
+        """Number of tokens in the person's words."""
         return sum(len(self.model.tokenizer.tokenize(turn.utterance)) for turn in example.turns)
 
     def state(self) -> dict[str, Any]:
-        """The adapters' weights now, as tensors of their own."""
+        """A copy of the adapters' weights."""
         named = self._peft.named_parameters()
         return {name: each.detach().cpu().clone() for name, each in named if each.requires_grad}
 
     def restore(self, state: dict[str, Any]) -> None:
-        """Take weights of `state`."""
+        """Set the weights to those of an earlier `state`."""
         with package("torch").no_grad():
             for name, each in self._peft.named_parameters():
                 if each.requires_grad:
                     each.copy_(state[name])
 
     def adapter(self, metadata: dict[str, str]) -> Adapter:
-        """The adapters as they are."""
+        """The adapters with their present weights."""
         layers = {
             place: (a.detach().float().cpu().numpy(), b.detach().float().cpu().numpy())
             for place, (a, b) in sorted(self._layers.items())
@@ -200,7 +196,7 @@ class Learner:
         return Adapter(layers, rank, float(rank), metadata)
 
     def save_peft(self, folder: Path, base: str) -> None:
-        """Write the adapters as PEFT has them, for other software.
+        """Write the adapters in the format of PEFT, for other software.
 
         Raises:
             OSError: The folder cannot be written.
@@ -233,7 +229,7 @@ def _place(name: str) -> tuple[int, str] | None:
 
 
 def _ancestors(trie: Trie) -> Any:
-    """Whether each node sees each other one [nodes, nodes]: itself, and what leads to it."""
+    """[nodes, nodes] whether each node attends to another: to itself and what leads to it."""
     sees = np.eye(len(trie), dtype=bool)
     for node, parent in enumerate(parents(trie)):
         if parent >= 0:

@@ -1,155 +1,235 @@
-"""What a fit is to do, as far as it can be known, and refused, before a model is loaded."""
+"""From dialogues to an adapter in a folder, with its figures and its model card."""
 
 from __future__ import annotations
 
+import hashlib
+import importlib.metadata
 import json
-from collections.abc import Mapping, Sequence
-from dataclasses import asdict, dataclass
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import asdict, replace
+from importlib.resources import files
+from itertools import chain
 from pathlib import Path
 from typing import Any
 
-from goalscope.datasets import Case
-from goalscope.fitting.fit import Settings
+from jinja2 import StrictUndefined
+from jinja2.sandbox import SandboxedEnvironment
+
+from goalscope.datasets import Case, said_key
+from goalscope.datasets.goal_sets import goal_key
+from goalscope.fitting.fit import Fit, Progress, Settings
+from goalscope.fitting.learner import Learner
 from goalscope.fitting.sources import Source, digest_of, parted
-from goalscope.likelihood import Layout
+from goalscope.fitting.training import check_folder, locked, writing_to
+from goalscope.likelihood import GOAL_TOKENS, Layout, RolePlay
 from goalscope.models.adapters import (
     FITTED_DIALOGUES,
+    FITTED_GOALS,
     FITTED_LAYOUT,
     FITTED_SOURCES,
     adapter_metadata,
+    read_adapter,
+    write_adapter,
 )
-from goalscope.types import InvalidInputError
+from goalscope.models.transformers import Transformers
+from goalscope.types import InvalidInputError, Message
 
-__all__ = ["Plan", "plan_fit"]
+__all__ = ["Plan"]
 
 
-@dataclass(frozen=True, slots=True)
 class Plan:
-    """What a fit is to do, as far as it is known without the model; made by `plan_fit`.
+    """What a fit is to do; everything that can be refused without the model is refused here."""
 
-    Attributes:
-        sources: The dialogues.
-        folder: Of the adapter; an interrupted fit in it goes on.
-        settings: How to fit; rank and layers are those of the adapter to begin with, if there is
-            one.
-        start: GGUF file of the adapter to begin with.
-        layout: Where the goal stands in the prompt.
-        base: What others call the model, such as its name on the hub.
-        told: What the adapter to begin with says of itself.
-        train: Dialogues to learn from, by source.
-        validation: Dialogues that validate.
-        about: What a fit that goes on must have in common with it, as JSON.
-    """
+    def __init__(
+        self,
+        sources: Sequence[Source],
+        folder: Path,
+        settings: Settings,
+        *,
+        start: Path | None,
+        layout: Layout,
+        base: str,
+    ) -> None:
+        """Part the dialogues into those that train and those that validate.
 
-    sources: Sequence[Source]
-    folder: Path
-    settings: Settings
-    start: Path | None
-    layout: Layout
-    base: str
-    told: Mapping[str, str]
-    train: Sequence[Sequence[Case]]
-    validation: Sequence[Case]
-    about: Mapping[str, Any]
-
-    def known(self, key: str) -> set[str]:
-        """What the adapter to begin with lists under a key."""
-        return set(self.told.get(key, "").split())
-
-    def finished(self) -> Mapping[str, Any] | None:
-        """What `fit.json` says if the folder holds the adapter of this very plan, else None.
+        Args:
+            sources: The dialogues.
+            folder: Of the adapter; an interrupted fit in it is resumed.
+            settings: How to fit; rank and layers are those of `start`, if given.
+            start: GGUF file of the adapter to begin with.
+            layout: Where the prompt states the goal.
+            base: What others call the model, such as its name on the hub.
 
         Raises:
-            InvalidInputError: The folder holds something else than that, or a fit to go on with.
+            InvalidInputError: The folder holds something else, the dialogues are too few, or
+                `start` has another layout.
+            ModelError: `start` is no adapter.
         """
-        folder = self.folder
-        if folder.exists() and not folder.is_dir():
-            raise InvalidInputError(f"{folder} is a file. Name a new folder with --out.")
-        held = sorted(each.name for each in folder.iterdir()) if folder.exists() else []
-        if "state.pt" in held:
-            return None
-        if "adapter.gguf" in held:
-            return self._same()
-        if others := [name for name in held if name not in (".lock", "state.part")]:
+        check_folder(folder)
+        known = adapter_metadata(start) if start else {}
+        fitted = known.get(FITTED_LAYOUT, layout)
+        if fitted != layout:
             raise InvalidInputError(
-                f"{folder} holds {others[0]} and no interrupted fit. Name a new folder with --out."
+                f"The adapter to begin with was fitted with the layout {fitted}, not {layout}. "
+                f"Give --layout {fitted}, or begin with --start none."
             )
-        return None
-
-    def _same(self) -> Mapping[str, Any]:
-        skipped = ("rank", "layers") if self.start else ()  # those of the adapter to begin with
-        wanted = {**self.about, **asdict(self.settings)}
-        facts: dict[str, Any] = {}
-        found: dict[str, Any] = {}
-        try:
-            facts = json.loads((self.folder / "fit.json").read_text(encoding="utf-8"))
-            sources = [{**each} for each in facts["sources"]]
-            for each in sources:
-                each.pop("learned", None)  # which the plan does not know
-            found = {**facts, **facts["settings"], "sources": sources}
-        except (OSError, ValueError, LookupError, TypeError):
-            pass  # another one's, or of an older version
-        other = [key for key in wanted if key not in skipped and found.get(key) != wanted[key]]
-        if other:
-            raise InvalidInputError(
-                f"{self.folder} holds a finished adapter with another {' and another '.join(other)}"
-                ". Name another folder with --out."
-            )
-        return facts
-
-
-def plan_fit(
-    sources: Sequence[Source],
-    folder: Path,
-    settings: Settings,
-    *,
-    start: Path | None,
-    layout: Layout,
-    base: str,
-) -> Plan:
-    """Part the dialogues, and refuse what needs no model to be refused; see `Plan`.
-
-    Raises:
-        InvalidInputError: The dialogues are too few, or the adapter to begin with has another
-            layout.
-        ModelError: It is none.
-    """
-    told = adapter_metadata(start) if start else {}
-    fitted = told.get(FITTED_LAYOUT, layout)
-    if fitted != layout:
-        raise InvalidInputError(
-            f"The adapter to begin with was fitted with the layout {fitted}, not {layout}. "
-            f"Give --layout {fitted}, or begin with --start none."
+        self._sources, self._folder, self._settings = sources, folder, settings
+        self._start, self._known, self._base = start, known, base
+        self._layout: Layout = layout
+        self._train, self._validation = parted(
+            sources,
+            validation=settings.validation,
+            seed=settings.seed,
+            learned=known.get(FITTED_DIALOGUES, "").split(),
         )
-    train, validation = parted(
-        sources,
-        validation=settings.validation,
-        seed=settings.seed,
-        learned=told.get(FITTED_DIALOGUES, "").split(),
-    )
-    about: dict[str, Any] = {
-        "base": base,
-        "layout": layout,
-        "start": _beginning(start, told),
-        "sources": [
-            {
-                "name": source.name,
-                "train": len({case.id for case in own}),
-                "validation": sum(case in validation for case in source.cases),
-                "licence": source.licence,
-                "sha256": source.sha256,
+        self._about: dict[str, Any] = {
+            "base": base,
+            "layout": layout,
+            "start": _beginning(start, known),
+            "sources": [
+                {
+                    "name": source.name,
+                    "train": len({case.id for case in own}),
+                    "validation": sum(case in self._validation for case in source.cases),
+                    "licence": source.licence,
+                    "sha256": source.sha256,
+                }
+                for source, own in zip(sources, self._train, strict=True)
+            ],
+        }
+
+    def run(self, model: Transformers, *, command: str) -> Iterator[Progress]:
+        """Fit, yielding each step and validation; in the end the folder holds the adapter.
+
+        Beside the adapter in two formats it holds `fit.json` and a model card.
+
+        Args:
+            model: The model to adapt; it is changed.
+            command: What asked for it, for the card.
+
+        Raises:
+            InvalidInputError: The folder holds something else, or a dialogue is too long for the
+                model.
+            ModelError: The model cannot be adapted.
+            GoalscopeError: The folder cannot be written.
+        """
+        folder, settings, config = self._folder, self._settings, model.network.model.config
+        with locked(folder):
+            start = read_adapter(self._start, config) if self._start else None
+            if start is not None:
+                adapted = len({number for number, _ in start.layers})
+                share = adapted / config.num_hidden_layers
+                settings = replace(settings, rank=start.rank, layers=share)
+            roleplay = RolePlay(model, layout=self._layout)
+            _check_lengths(roleplay, self._sources, settings.longest)
+            learner = Learner(
+                model,
+                roleplay,
+                rank=settings.rank,
+                layers=settings.layers,
+                seed=settings.seed,
+                start=start,
+            )
+            made_by = {
+                "version": importlib.metadata.version("goalscope"),
+                "model": hashlib.sha256(model.fingerprint.encode()).hexdigest()[:16],
             }
-            for source, own in zip(sources, train, strict=True)
-        ],
-    }
-    return Plan(sources, folder, settings, start, layout, base, told, train, validation, about)
+            about = {**self._about, **made_by}
+            fit = Fit(learner, self._train, self._validation, settings, folder, about)
+            yield from fit.run()
+            learned = fit.learned()
+            adapter = learner.adapter(self._metadata(learned, settings))
+            with writing_to(folder):
+                learner.save_peft(folder, self._base)
+                self._write_card(fit, learned, device=str(model.network.device), command=command)
+                write_adapter(folder / "adapter.gguf", adapter, config)
+
+    def _metadata(self, learned: Sequence[Sequence[Case]], settings: Settings) -> dict[str, str]:
+        """What the adapter's file says of itself, with what the adapter it began with says."""
+        cases = list(chain.from_iterable(learned))
+        own = {
+            FITTED_DIALOGUES: {said_key(case.turns) for case in cases},
+            FITTED_GOALS: {goal_key(case.goals[case.truth].text) for case in cases},
+        }
+        before = self._known.get(FITTED_SOURCES, "").split(", ")
+        named = [f"{each.name} ({each.licence or 'own'})" for each in self._sources]
+        return {
+            "general.name": self._folder.name,
+            "goalscope.base": self._base,
+            FITTED_LAYOUT: self._layout,
+            "goalscope.temperature": f"{settings.temperature:g}",
+            **{
+                key: " ".join(sorted(keys | set(self._known.get(key, "").split())))
+                for key, keys in own.items()
+            },
+            FITTED_SOURCES: ", ".join(filter(None, dict.fromkeys([*before, *named]))),
+        }
+
+    def _write_card(
+        self, fit: Fit, learned: Sequence[Sequence[Case]], *, device: str, command: str
+    ) -> None:
+        facts = {
+            **self._about,
+            "sources": [
+                {**source, "learned": len(own)}
+                for source, own in zip(self._about["sources"], learned, strict=True)
+            ],
+            "device": device,
+            "validated": len(self._validation),
+            "command": command,
+            "version": importlib.metadata.version("goalscope"),
+            "settings": asdict(fit.settings),
+            "step": fit.step,
+            "best": asdict(fit.best),
+            "history": [asdict(each) for each in fit.history],
+        }
+        text = json.dumps(facts, indent=1) + "\n"
+        (self._folder / "fit.json").write_text(text, encoding="utf-8")
+        jinja = SandboxedEnvironment(
+            undefined=StrictUndefined, trim_blocks=True, lstrip_blocks=True
+        )
+        template = files("goalscope.fitting").joinpath("card.md").read_text(encoding="utf-8")
+        card = jinja.from_string(template).render(facts, name=self._folder.name)
+        (self._folder / "README.md").write_text(card + "\n", encoding="utf-8")
 
 
-def _beginning(start: Path | None, told: Mapping[str, str]) -> str:
+def _beginning(start: Path | None, known: Mapping[str, str]) -> str:
+    """What a fit begins with, in words."""
     if start is None:
         return "no adapter"
-    name = f"the adapter {told.get('general.name', start.stem)} (SHA-256 `{digest_of(start)[:16]}`)"
-    learned = told.get(FITTED_SOURCES)
-    if learned and FITTED_DIALOGUES in told:
+    digest = digest_of(start)[:16]
+    name = f"the adapter {known.get('general.name', start.stem)} (SHA-256 `{digest}`)"
+    learned = known.get(FITTED_SOURCES)
+    if learned and FITTED_DIALOGUES in known:
         return f"{name}, which was fitted on {learned}"
-    return f"{name}, which does not tell what it learned from: perhaps from some that validate"
+    return f"{name}, which does not say what it learned from: perhaps from dialogues that validate"
+
+
+def _check_lengths(roleplay: RolePlay, sources: Sequence[Source], longest: int) -> None:
+    """Find what does not fit into the model's context before the work begins.
+
+    Raises:
+        InvalidInputError: A goal or a turn is too long; names the dialogue.
+    """
+    model = roleplay.model
+
+    def check(case: Case) -> None:
+        for goal in case.goals:
+            # A token has at least a byte, so short texts need not be counted.
+            if len(goal.text.encode()) <= GOAL_TOKENS:
+                continue
+            tokens = model.count_tokens([Message("user", goal.text)])
+            if tokens > GOAL_TOKENS:
+                raise InvalidInputError(
+                    f"a goal has {tokens} tokens; it may have {GOAL_TOKENS}: {goal.text[:60]!r}..."
+                )
+        for t, turn in enumerate(case.turns[:longest]):
+            if len(f"{case.task}{turn.query}{turn.utterance}".encode()) > model.context_size // 4:
+                roleplay.window(case.task, case.turns[: t + 1])
+
+    for source in sources:
+        for case in source.cases:
+            try:
+                check(case)
+            except InvalidInputError as error:
+                raise InvalidInputError(f"{source.name}, dialogue {case.id}: {error}") from None

@@ -1,4 +1,4 @@
-"""What an adapter is fitted on: dialogues with known goals, and which of them validate it."""
+"""The dialogues with known goals that an adapter is fitted on, and those that validate it."""
 
 from __future__ import annotations
 
@@ -25,8 +25,8 @@ class Source:
     """Dialogues of one origin.
 
     Attributes:
-        name: As it was asked for, such as "multiwoz:val[200:]".
-        cases: The dialogues; one for each way to draw its wrong goals.
+        name: As the user named it, such as "multiwoz:val[200:]".
+        cases: The dialogues, once for each way to draw their wrong goals.
         sha256: Of the file.
         licence: Of the dataset; empty for a file of one's own.
     """
@@ -41,12 +41,12 @@ def read_source(name: str, folder: Path | None, *, goals: int = 20, seed: int = 
     """Read a file of dialogues, or a dataset.
 
     Args:
-        name: FILE.jsonl, SET or SET:SPLIT; perhaps with the places of the dialogues to take, as in
-            `teach:train[:100]`. What stands before the first place is left for judging: with it go
-            all dialogues of its groups, and its true goals, which are no wrong goals of others
-            (those that are true in what is taken, too, stay).
+        name: FILE.jsonl, SET or SET:SPLIT; perhaps with a slice of the dialogues, as in
+            `teach:train[:100]`. The dialogues before the slice are kept for evaluation: other
+            dialogues of their groups are left out, and so are their true goals among the wrong
+            ones, unless they are true in the slice, too.
         folder: Of the datasets; that of GOALSCOPE_DATA if None.
-        goals: How many for each dialogue of a dataset.
+        goals: Number of goals of each dialogue of a dataset.
         seed: Of their draw.
 
     Raises:
@@ -84,8 +84,8 @@ def read_source(name: str, folder: Path | None, *, goals: int = 20, seed: int = 
     judging = [case for cases in lists for case in cases[: start or 0]]
     groups = {case.group for case in judging}
     taken = [case for cases in lists for case in cases[start:stop] if case.group not in groups]
-    kept = {_truth(case) for case in judging} - {_truth(case) for case in taken}
-    taken = [each for case in taken if (each := _without(case, kept))]
+    held_out = {_truth(case) for case in judging} - {_truth(case) for case in taken}
+    taken = [each for case in taken if (each := _without(case, held_out))]
     if not taken:
         raise InvalidInputError(
             f"{name} holds no dialogue to fit on; of {len(lists[0])} in all, some may be of the "
@@ -97,14 +97,14 @@ def read_source(name: str, folder: Path | None, *, goals: int = 20, seed: int = 
 def parted(
     sources: Sequence[Source], *, validation: int, seed: int, learned: Collection[str] = ()
 ) -> tuple[list[list[Case]], list[Case]]:
-    """Part groups of dialogues into those that train, by source, and those that validate.
+    """Split groups of dialogues into those that train, by source, and those that validate.
 
     Args:
         sources: At least one.
-        validation: Most dialogues that validate: of each source the same number, as far as at most
-            a third of its groups goes.
+        validation: Most dialogues that validate: the same number of each source, of at most a
+            third of its groups.
         seed: Of the draw.
-        learned: Keys (`said_key`) of dialogues that are already learned from: their groups do not
+        learned: Keys (`said_key`) of dialogues that were learned from before; their groups do not
             validate.
 
     Raises:

@@ -1,4 +1,4 @@
-"""What every fit does: steps of AdamW, a state that survives an interruption, a folder."""
+"""What every fit shares: steps of AdamW, a state that survives an interruption, a folder."""
 
 from __future__ import annotations
 
@@ -16,13 +16,14 @@ from goalscope.extras import package
 from goalscope.fitting.learner import Learner
 from goalscope.types import GoalscopeError, InvalidInputError
 
-__all__ = ["KEPT", "Training", "diverged", "locked", "writing_to"]
+__all__ = ["KEPT", "Training", "check_folder", "diverged", "locked", "writing_to"]
 
 KEPT = 10
 """Steps after which the state is kept."""
 
-_WARM_UP = 0.05  # of the steps, in which the learning rate rises
+_WARM_UP = 0.05  # share of the steps in which the learning rate rises
 _CLIP = 1.0  # largest norm of a gradient
+_STATE = "state.pt"
 
 
 class Training:
@@ -41,30 +42,30 @@ class Training:
         folder: Path,
         about: Mapping[str, Any],
     ) -> None:
-        """Prepare; `resume` goes on where the folder was left.
+        """Prepare; `resume` continues an interrupted fit.
 
         Args:
             learner: The model.
-            learning_rate: At its highest; it falls to nearly 0 at the last step.
+            learning_rate: At its peak; it falls to nearly 0 at the last step.
             steps: In all.
-            folder: Where the state is kept.
-            about: What a run that goes on must have in common with it, as JSON.
+            folder: Keeps the state.
+            about: What an interrupted fit must have in common to be resumed, as JSON.
         """
         self.step = 0
         self._learner, self._rate, self._steps = learner, learning_rate, steps
         self._about: dict[str, Any] = json.loads(json.dumps(about))
-        self._file = folder / "state.pt"
+        self._file = folder / _STATE
         self._optimizer = package("torch").optim.AdamW(
             learner.parameters, lr=learning_rate, betas=(0.9, 0.98), weight_decay=0.01
         )
 
     def learn(self, losses: Iterable[Any]) -> float:
-        """Do one step that makes the sum of the losses smaller; that sum.
+        """Take one step down the sum of the losses, and return that sum.
 
-        Each is let go of before the next one is computed.
+        Each loss is freed before the next one is computed.
 
         Raises:
-            GoalscopeError: The memory is too small, or a loss or gradient is not finite.
+            GoalscopeError: Memory ran out, or a loss or gradient is not finite.
         """
         share = (self.step + 1) / self._steps
         rate = self._rate * min(share / _WARM_UP, (1 - share) / (1 - _WARM_UP) + 0.01)
@@ -85,7 +86,7 @@ class Training:
         return total
 
     def keep(self, **more: Any) -> None:
-        """Write the state, and what else there is to be kept, all at once.
+        """Write the state, with what else is to be kept, atomically.
 
         Raises:
             GoalscopeError: It cannot be written.
@@ -106,12 +107,12 @@ class Training:
             os.replace(part, self._file)
         except (OSError, RuntimeError) as error:
             raise GoalscopeError(
-                f"{self._file} cannot be written ({error}). Free some space; what was kept before "
-                "is still there, and the same command goes on from it."
+                f"{self._file} cannot be written ({error}). Free some space; the state before it "
+                "is still there, and the same command resumes from it."
             ) from None
 
     def resume(self, take: Callable[[Mapping[str, Any]], None]) -> None:
-        """Go on from the state in the folder, if there is one; `take` is given what was kept.
+        """Continue from the state in the folder, if there is one; `take` is given what was kept.
 
         Raises:
             InvalidInputError: The state is broken, or that of another fit.
@@ -129,16 +130,16 @@ class Training:
                 self.step = state["step"]
                 self._learner.restore(state["weights"])
                 self._optimizer.load_state_dict(state["optimizer"])
-        except Exception as error:  # whatever unpickling, unzipping and a foreign content raise
+        except Exception as error:  # whatever unpickling, unzipping and foreign content raise
             raise InvalidInputError(
-                f"{self._file} is not what an interrupted fit leaves ({error}). Delete it, or name "
-                "another folder with --out."
+                f"{self._file} is not the state of an interrupted fit ({error}). Delete it, or "
+                "name another folder with --out."
             ) from None
         if other:
             raise InvalidInputError(
                 f"{self._file.parent} holds a fit that was begun with another "
-                f"{' and another '.join(other)}. Give the same options to go on, or name another "
-                "folder with --out."
+                f"{' and another '.join(other)}. Give the same options to resume it, or name "
+                "another folder with --out."
             )
 
 
@@ -149,12 +150,29 @@ def diverged(step: int) -> GoalscopeError:
     )
 
 
+def check_folder(folder: Path) -> None:
+    """Accept a folder that is new or empty, or that holds an interrupted fit.
+
+    Raises:
+        InvalidInputError: It is a file, or holds something else.
+    """
+    if folder.exists() and not folder.is_dir():
+        raise InvalidInputError(f"{folder} is a file. Name a new folder with --out.")
+    held = sorted(each.name for each in folder.iterdir()) if folder.exists() else []
+    others = [name for name in held if name not in (".lock", "state.part")]
+    if others and _STATE not in held:
+        found = "a finished adapter" if "adapter.gguf" in held else others[0]
+        raise InvalidInputError(
+            f"{folder} holds {found} and no interrupted fit. Name a new folder with --out."
+        )
+
+
 @contextmanager
 def locked(folder: Path) -> Generator[None]:
     """Make the folder, and keep other processes from fitting in it.
 
     Raises:
-        InvalidInputError: Another one does.
+        InvalidInputError: Another process does, or the folder holds something else.
         GoalscopeError: It cannot be written.
     """
     try:
@@ -166,6 +184,7 @@ def locked(folder: Path) -> Generator[None]:
     except OSError as error:
         raise GoalscopeError(f"{folder} cannot be written: {error.strerror or error}.") from None
     try:
+        check_folder(folder)
         yield
     finally:
         lock.release()
@@ -174,11 +193,16 @@ def locked(folder: Path) -> Generator[None]:
 
 @contextmanager
 def writing_to(folder: Path) -> Generator[None]:
-    """Within it, a folder that cannot be written is a `GoalscopeError`."""
+    """Write the finished adapter within it; then the state is deleted.
+
+    Raises:
+        GoalscopeError: The folder cannot be written.
+    """
     try:
         yield
+        (folder / _STATE).unlink(missing_ok=True)
     except OSError as error:
         raise GoalscopeError(
             f"The adapter cannot be written to {folder}: {error.strerror or error}. Free some "
-            "space; the same command goes on from what is kept."
+            "space; the same command resumes from the state that was kept."
         ) from None

@@ -1,0 +1,134 @@
+"""Corpora that teach a model to write: messages, talks, occasions and recipes, read from JSON."""
+
+from __future__ import annotations
+
+import hashlib
+import random
+import re
+from collections import Counter
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, cast
+
+from goalscope.benchmarks.reading import Line, line_from_json, read_rows
+from goalscope.occasions import Occasion, occasion_from_json
+from goalscope.types import InvalidInputError, Turn
+
+__all__ = ["Entry", "Talk", "corpus_facts", "read_entries"]
+
+_RECIPES = 2400
+
+
+@dataclass(frozen=True, slots=True)
+class Talk:
+    """A point of a conversation: the goals that explain it, and the next question.
+
+    Attributes:
+        id: Its name.
+        domain: Where it was said.
+        turns: All so far.
+        done: What the agent has done, in words.
+        goals: Likeliest first.
+        question: "" if nothing should be asked.
+    """
+
+    id: str
+    domain: str
+    turns: tuple[Turn, ...]
+    done: str
+    goals: tuple[str, ...]
+    question: str
+
+
+Entry = Line | Talk | Occasion
+"""A line of a corpus."""
+
+_KINDS = {Line: "messages", Talk: "points of talks", Occasion: "occasions"}
+
+
+def read_entries(path: Path) -> list[Entry]:
+    """The entries of a file of JSON Lines, or of all files in a folder.
+
+    A row with a `title` and `ingredients` is a recipe: an occasion to make that dish. Of more than
+    2,400 so many are drawn, always the same ones.
+
+    Raises:
+        InvalidInputError: There are none, or a line is wrong; says which and why.
+    """
+    found = read_rows(path, _entries)
+    recipes = [each for each in found if isinstance(each, Occasion) and not each.said]
+    if len(recipes) > _RECIPES:
+        left_out = {each.id for each in random.Random(1).sample(recipes, len(recipes) - _RECIPES)}
+        found = [each for each in found if each.id not in left_out]
+    return found
+
+
+def corpus_facts(found: Sequence[Entry], files: Sequence[str]) -> dict[str, Any]:
+    """The files, the hash, and the counts of a corpus by kind and domain."""
+    text = "\n".join(map(repr, found))
+    counts = Counter(f"{_KINDS[type(each)]}, {each.domain}" for each in found)
+    return {
+        "files": list(files),
+        "sha256": hashlib.sha256(text.encode()).hexdigest(),
+        "counts": dict(counts),
+        "writers": len({each.id.rpartition("-")[0] for each in found if isinstance(each, Line)}),
+    }
+
+
+def _entries(data: object, number: int) -> list[Entry]:
+    """The entry of a row; none for some recipes."""
+    if not isinstance(data, dict):
+        raise InvalidInputError("a line must be an object")
+    each = cast("dict[str, Any]", data)
+    if "ingredients" in each:
+        return [*_recipe(each, number)]
+    if "orders" in each:
+        return [line_from_json(each)]
+    if "needed" in each:
+        return [occasion_from_json(each)]
+    if "goals" not in each:
+        raise InvalidInputError("a line must have 'orders', 'goals' or 'needed'")
+    turns = tuple(Turn(str(turn["query"]), str(turn["utterance"])) for turn in each["turns"])
+    if not turns:
+        raise InvalidInputError("there are no turns")
+    return [
+        Talk(
+            str(each["id"]),
+            str(each["domain"]),
+            turns,
+            str(each.get("done") or ""),
+            tuple(map(str, each["goals"])),
+            str(each.get("question") or ""),
+        )
+    ]
+
+
+_ASIDE = re.compile(r"\([^)]*\)|,.*| - .*|\bor\b.*|\bto taste\b.*|[®™*]")
+_BEFORE = (
+    r"a|an|one|two|few|pinch|dash|large|small|medium|fresh|freshly|finely|chopped|minced|grated|"
+    r"shredded|sliced|diced|crushed|packed|cold|warm|hot|ripe|softened|melted|cooked|uncooked|"
+    r"peeled|whole|cup|tablespoon|teaspoon|tbsp|tsp|pound|lb|ounce|oz|can|clove|package|pkg|"
+    r"packet|envelope|bunch|stick|slice|stalk|head|sprig|quart|pint|gallon|gram|g|kg|ml|jar|"
+    r"bottle|bag|container|inch|of|and"
+)
+_NUMBERS = r"[\d\s/.\u00bc-\u00be\u2150-\u215e\u2009-]+"
+_AMOUNT = re.compile(rf"^(?:{_NUMBERS}|(?:{_BEFORE})(?:s|es)?\b\.?\s*)+", re.IGNORECASE)
+"""The amount and preparation before an ingredient's name."""
+_LONGEST = 3  # words of an ingredient
+_AT_HOME = ("water", "salt", "ice")
+
+
+def _recipe(data: Mapping[str, Any], number: int) -> list[Occasion]:
+    """The occasion to make a dish; none if too little of its recipe is understood."""
+    title = re.sub(r"\([^)]*\)|[^\w\s'&-]|\b[IVX]+$", "", str(data.get("title", ""))).strip()
+    found: dict[str, None] = {}
+    for text in map(str, data["ingredients"]):
+        name = " ".join(_AMOUNT.sub("", _ASIDE.sub("", text).strip()).lower().split())
+        if 1 <= len(name.split()) <= _LONGEST and re.fullmatch(r"[a-z' -]+", name):
+            found[name] = None
+    for each in _AT_HOME:
+        found.pop(each, None)
+    if not 3 <= len(found) <= 14 or not 2 <= len(title.split()) <= 7:
+        return []
+    return [Occasion(f"recipe-{number}", "grocery", f"make {title.lower()}", (), tuple(found))]
