@@ -1,7 +1,8 @@
-"""An adapter in a copy of the weights says what it says beside them."""
+"""Copies of weights: an adapter in one says what it says beside them, and memory stays small."""
 
 from __future__ import annotations
 
+import tracemalloc
 from pathlib import Path
 
 import numpy as np
@@ -9,7 +10,7 @@ import pytest
 
 from goalscope.models import Message
 from goalscope.models.adapters import shipped
-from goalscope.models.copies import merged
+from goalscope.models.copies import merged, requantize
 from goalscope.models.llamacpp import LlamaCpp, embedded_path
 from goalscope.types import ModelError
 from goalscope.writer import goals_prompt, needs_prompt
@@ -52,6 +53,14 @@ def test_a_copy_is_made_once_and_nothing_else_is_left(whole: Path) -> None:
     assert merged(embedded_path(), WRITER, whole.parent) == whole
     assert whole.stat().st_mtime_ns == before.st_mtime_ns
     assert {each.name for each in whole.parent.iterdir()} <= {whole.name, ".merge-lock"}
+
+
+def test_no_copy_is_in_memory_as_a_whole(tmp_path: Path) -> None:
+    tracemalloc.start()
+    requantize(embedded_path(), tmp_path / "exact.gguf", "F32")
+    _, most = tracemalloc.get_traced_memory()
+    tracemalloc.stop()
+    assert most < (tmp_path / "exact.gguf").stat().st_size * 0.8
 
 
 def broken(tmp_path: Path) -> dict[str, Path]:
