@@ -5,6 +5,7 @@ from __future__ import annotations
 import tracemalloc
 from pathlib import Path
 
+import gguf
 import numpy as np
 import pytest
 
@@ -85,6 +86,22 @@ def test_a_broken_adapter_is_refused_and_leaves_nothing(tmp_path: Path, kind: st
     with pytest.raises(ModelError, match="cannot be merged"):
         merged(embedded_path(), broken(tmp_path)[kind], folder)
     assert {each.name for each in folder.iterdir()} <= {".merge-lock"}
+
+
+@pytest.mark.parametrize("name", ["blk.99.attn_q.weight", "blk.0.attn_norm.weight"])
+def test_an_adapter_with_a_part_that_cannot_be_added_is_refused(tmp_path: Path, name: str) -> None:
+    adapter = tmp_path / "adapter.gguf"
+    writer = gguf.GGUFWriter(adapter, "llama")
+    writer.add_float32("adapter.lora.alpha", 1.0)
+    for letter in "ab":
+        writer.add_tensor(f"{name}.lora_{letter}", np.ones((4, 4), np.float32))
+    writer.write_header_to_file()
+    writer.write_kv_data_to_file()
+    writer.write_tensors_to_file()
+    writer.close()
+    with pytest.raises(ModelError, match=f"nothing can be added to {name}"):
+        merged(embedded_path(), adapter, tmp_path)
+    assert not [*tmp_path.glob("*-with-*")]
 
 
 def test_where_there_is_no_room_no_copy_is_made(
