@@ -170,6 +170,15 @@ def test_rows_stand_in_the_order_of_the_architecture(tmp_path: Path, kind: str) 
     assert adapted.fingerprint != plain.fingerprint
 
 
+@pytest.mark.parametrize("head", [8, 16])
+def test_a_cached_token_takes_what_the_files_own_head_size_says(tmp_path: Path, head: int) -> None:
+    plain = Transformers(tiny(tmp_path / "model", "qwen3", head_dim=head), device="cpu")
+    weights = Weights(gguf_file(plain.network.model, tmp_path / "model.gguf"))
+    layers, heads = SMALL["num_hidden_layers"], SMALL["num_key_value_heads"]
+    assert weights.kv_bytes == layers * heads * (head + head) * 2  # F16, as the file says no type
+    weights.free()
+
+
 @pytest.mark.parametrize(
     ("kind", "rank", "apart"),
     [*((each, 4, 1e-5) for each in ARCHITECTURES), ("llama", 32, 1 / 250)],

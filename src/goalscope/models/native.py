@@ -7,7 +7,7 @@ import os
 import weakref
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
-from functools import partial
+from functools import cached_property, partial
 from pathlib import Path
 from typing import Any, cast
 
@@ -131,13 +131,16 @@ class Weights:
         """Whether the weights are F32, so that the rest is to be computed in F32 too."""
         return bool(self.lib.llama_model_ftype(self.model) == ALL_F32)
 
-    @property
+    @cached_property
     def kv_bytes(self) -> int:
         """Bytes of keys and values that one cached token takes."""
         lib, model = self.lib, self.model
-        head = lib.llama_model_n_embd(model) // lib.llama_model_n_head(model)
-        width = head * lib.llama_model_n_head_kv(model)
-        return 2 * lib.llama_model_n_layer(model) * width * (4 if self.exact else 2)
+        usual = lib.llama_model_n_embd(model) // lib.llama_model_n_head(model)
+        own = f"{self.metadata('general.architecture')}.attention"
+        lengths = (self.metadata(f"{own}.{each}_length") for each in ("key", "value"))
+        heads = lib.llama_model_n_layer(model) * lib.llama_model_n_head_kv(model)
+        size = 4 if self.exact else 2
+        return heads * size * sum(int(each or usual) for each in lengths)
 
     def metadata(self, key: str) -> str | None:
         """Value of a key of the GGUF file, as text; None if it has no such key."""
