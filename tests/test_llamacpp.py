@@ -47,6 +47,17 @@ def test_the_transcript_stays_cached_while_other_calls_come_between(model: Llama
     np.testing.assert_allclose(warm, sums(model, longer, ["A lot."] * 4), atol=TOLERANCE)
 
 
+def test_what_was_forgotten_moves_no_number_by_a_bit(model: LlamaCpp) -> None:
+    model.clear_cache()
+    first = model.token_logprobs(CONTEXTS, REPLIES)
+    long = [[*context, Message("user", "milk " * 300)] for context in CONTEXTS]
+    sums(model, long, REPLIES[::-1])
+    model.generate(HISTORY, max_tokens=5)
+    model.clear_cache()
+    for row, again in zip(first, model.token_logprobs(CONTEXTS, REPLIES), strict=True):
+        np.testing.assert_array_equal(row, again)
+
+
 def test_more_pairs_than_one_tree_can_hold(model: LlamaCpp) -> None:
     replies = [f"{number} eggs" for number in range(MAX_PATHS + 5)]
     results = sums(model, [HISTORY] * len(replies), replies)

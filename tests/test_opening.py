@@ -13,8 +13,9 @@ from typer.testing import CliRunner
 
 from fakes import WordModel
 from goalscope.cli.main import app
+from goalscope.models.cache import CachedModel
 from goalscope.models.llamacpp import LlamaCpp, embedded_path
-from goalscope.models.opening import TwoModels, model_label, open_model, parts
+from goalscope.models.opening import TwoModels, forget, model_label, open_model, parts
 from goalscope.types import InvalidInputError, Message, ModelError
 
 CHAT = [Message("user", "milk and eggs")]
@@ -27,6 +28,10 @@ class Named(WordModel):
         super().__init__({"milk": f"by {name}"}, context_size)
         self.name = self.fingerprint = name
         self.closed = False
+        self.forgot = 0
+
+    def clear_cache(self) -> None:
+        self.forgot += 1
 
     def describe(self) -> str:
         return f"the {self.name}"
@@ -46,6 +51,13 @@ def test_one_writes_and_the_other_scores() -> None:
     assert parts(both) == (writer, scorer)
     both.close()
     assert (writer.closed, scorer.closed) == (True, True)
+
+
+def test_every_part_forgets_once(tmp_path: Path) -> None:
+    one, two, three = Named("one"), Named("two"), Named("three")
+    forget(TwoModels(one, CachedModel(two, tmp_path / "calls.db"), reader=one, writer=three))
+    assert [each.forgot for each in (one, two, three)] == [1, 1, 1]
+    forget(WordModel({}))
 
 
 def test_nothing_names_the_embedded_model_and_one_for_both_is_one(

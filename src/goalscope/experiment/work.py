@@ -18,7 +18,7 @@ from goalscope.experiment.files import hashes_of, person_of
 from goalscope.experiment.identity import identity_of, opened
 from goalscope.judge import compare, judge, possible_actions
 from goalscope.models import OpenModel
-from goalscope.models.opening import MODEL_KEYS, parts
+from goalscope.models.opening import MODEL_KEYS, forget
 from goalscope.rounds_json import round_to_json
 from goalscope.session import Session
 from goalscope.store import Store
@@ -50,10 +50,7 @@ def perform(task: Mapping[str, Any]) -> dict[str, Any]:
 def measure(spec: Mapping[str, Any]) -> dict[str, Any]:
     """Measure a cell; its model has forgotten all others, so that their order does not matter."""
     model = opened(spec["model"])
-    for part in parts(model):
-        forget = getattr(part, "clear_cache", None)
-        if forget:
-            forget()
+    forget(model)
     return KINDS[spec["kind"]](model, spec)
 
 

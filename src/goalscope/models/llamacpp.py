@@ -162,9 +162,9 @@ class LlamaCpp(LocalModel):
 
     @synchronized
     def clear_cache(self) -> None:
-        """Forget all cached prompts; results stay the same, the next calls take longer."""
+        """Forget all cached prompts, so that the next calls answer as those of a new model do."""
         for cache in self._caches:
-            cache.clear()
+            cache.free()
 
     def free(self) -> None:
         """See `LocalModel.free`."""
