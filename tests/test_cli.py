@@ -294,6 +294,17 @@ def test_doctor_calls_the_model_as_people_do_and_tells_its_calibration(words, mo
     assert "prior_unspecified 0.5; " in told["calibration"]
 
 
+def test_doctor_reports_lost_adapters(words, monkeypatch, tmp_path):
+    monkeypatch.setattr("goalscope.models.check.check", lambda engine: ({}, []))
+    monkeypatch.setattr("goalscope.models.adapters._shipped_path", lambda name: tmp_path / name)
+    result = invoke("doctor", "--json")
+    assert result.exit_code == 1
+    problems = json.loads(result.stdout)["problems"]
+    assert [each.partition(" ")[0] for each in problems] == [
+        str(tmp_path / name) for name in ("general", "reader", "writer")
+    ]
+
+
 def test_doctor_reports_and_fails_on_a_missing_model(tmp_path):
     result = invoke("doctor", "--json", "--model", tmp_path / "no.gguf")
     assert result.exit_code == 1

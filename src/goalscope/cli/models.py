@@ -136,6 +136,7 @@ def doctor(
     from goalscope.calibrations import known_calibration
     from goalscope.extras import EXTRAS, remedy
     from goalscope.likelihood import DEFAULT_LAYOUT
+    from goalscope.models.adapters import lost_adapters
     from goalscope.models.check import check as check_model
     from goalscope.models.opening import parts
     from goalscope.models.tune import processor
@@ -149,10 +150,15 @@ def doctor(
             extra = EXTRAS.get(package)
             wanted = remedy(extra) if extra else f"`pip install {package}`"
             report[package] = f"missing ({'optional: ' if extra else ''}{wanted})"
-    problems: list[str] = []
+    problems = [
+        f"{path} is missing, and the embedded model does its work less well without it. Install "
+        "goalscope again."
+        for path in lost_adapters()
+    ]
     try:
         with opened_model(model_names(model, generator, scorer, tokenizer, adapter)) as engine:
-            found, problems = check_model(engine)
+            found, wrong = check_model(engine)
+            problems += wrong
             report |= found
             made, origin = known_calibration(parts(engine)[1], DEFAULT_LAYOUT, end_of_turn=False)
             prior_unspecified = (

@@ -27,6 +27,7 @@ __all__ = [
     "Adapter",
     "adapter_file",
     "adapter_metadata",
+    "lost_adapters",
     "read_adapter",
     "shipped",
     "write_adapter",
@@ -102,8 +103,18 @@ def shipped(name: str = "general") -> Path | None:
         name: "general" for the likelihood of people's words, "reader" for reading, "writer" for
             goals, needs and questions.
     """
-    path = Path(__file__).parent / name / "adapter.gguf"
+    path = _shipped_path(name)
     return path if path.is_file() else None
+
+
+def lost_adapters() -> list[Path]:
+    """Files of adapters that came with goalscope and are there no more."""
+    paths = map(_shipped_path, ("general", "reader", "writer"))
+    return [path for path in paths if not path.is_file()]
+
+
+def _shipped_path(name: str) -> Path:
+    return Path(__file__).parent / name / "adapter.gguf"
 
 
 def adapter_file(name: str | Path) -> Path:
