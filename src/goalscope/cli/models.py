@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import json
+import os
+import shutil
 from dataclasses import asdict
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, cast
@@ -22,6 +24,7 @@ PACKAGES = (
     *("goalscope", "numpy", "wordllama"),
     *("httpx2", "tokenizers", "huggingface-hub", "torch", "transformers"),
 )
+_COMPILERS = ("c++", "g++", "clang++", "cl")
 models = typer.Typer(
     no_args_is_help=True,
     rich_markup_mode=None,
@@ -212,9 +215,11 @@ def _engine(model: LlamaCpp, runs: Engine) -> str:
     from goalscope.models.engine import NATIVE, READY
 
     if runs.package != NATIVE:
+        found = any(map(shutil.which, filter(None, (os.environ.get("CXX"), *_COMPILERS))))
+        first = "" if found else "install a C++ compiler (Debian's package g++) first, then "
         return (
             f"{runs.name}, ready-built; one compiled for this processor can be faster: "
-            f"{remedy('native')}, with a C++ compiler"
+            f"{first}{remedy('native')}"
         )
     told = f"{runs.name}, compiled for this processor"
     if not READY.library:
