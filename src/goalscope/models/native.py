@@ -20,10 +20,13 @@ from goalscope.models.engine import ALL_F32, CONTROL, USER_DEFINED, Batch, Engin
 from goalscope.models.trie import Trie
 from goalscope.types import ModelError
 
-__all__ = ["MAX_PATHS", "KVCache", "Running", "Weights"]
+__all__ = ["DOWNLOAD_AGAIN", "MAX_PATHS", "KVCache", "Running", "Weights"]
 
 MAX_PATHS = 64
 """Most paths of one tree; its memory grows with it, and llama.cpp allows no more than 128."""
+
+DOWNLOAD_AGAIN = "Download it again, or choose another file."
+"""What to do with a damaged model file."""
 
 _OUTPUTS = 256  # most logits rows of one batch; at least 2 * MAX_PATHS, as llama.cpp demands
 _F32, _F16 = 0, 1  # ggml types
@@ -48,9 +51,20 @@ class Weights:
     """A GGUF file in memory."""
 
     def __init__(
-        self, path: Path, *, vocabulary_only: bool = False, by: Engine | None = None
+        self,
+        path: Path,
+        *,
+        vocabulary_only: bool = False,
+        by: Engine | None = None,
+        remedy: str = DOWNLOAD_AGAIN,
     ) -> None:
-        """Load `path`, or but its tokenizer, by this process's engine or another one.
+        """Load a file.
+
+        Args:
+            path: The file.
+            vocabulary_only: Whether only its tokenizer is needed.
+            by: The engine; this process's if None.
+            remedy: What to do where the file is damaged.
 
         Raises:
             ModelError: The file is missing, or is not a complete GGUF model.
@@ -71,9 +85,7 @@ class Weights:
             self.lib.llama_model_load_from_file(os.fsencode(path), params) if is_gguf else None
         )
         if not model:
-            raise ModelError(
-                f"{path} is not a complete GGUF model. Download it again, or choose another file."
-            )
+            raise ModelError(f"{path} is not a complete GGUF model. {remedy}")
         self._free = weakref.finalize(self, self.lib.llama_model_free, model)
         self._model, self._vocab = model, self.lib.llama_model_get_vocab(model)
         self.adapter: Any = None
