@@ -141,10 +141,11 @@ def _write(
     for tensor in reader.tensors:
         data = tensor.data
         if converted[tensor.name]:
-            plain = gguf.dequantize(data, tensor.tensor_type).astype(np.float32)
-            if changes and tensor.name in changes.names:
-                plain = plain + changes.of(tensor.name)
-            data = gguf.quantize(np.ascontiguousarray(plain), weights)
+            with np.errstate(all="ignore"):  # of weights that are damaged
+                plain = gguf.dequantize(data, tensor.tensor_type).astype(np.float32)
+                if changes and tensor.name in changes.names:
+                    plain = plain + changes.of(tensor.name)
+                data = gguf.quantize(np.ascontiguousarray(plain), weights)
         writer.write_tensor_data(data)
     writer.close()
 

@@ -17,7 +17,7 @@ from goalscope.models.adapters import adapter_metadata
 from goalscope.models.copies import merged
 from goalscope.models.engine import Engine
 from goalscope.models.local import LocalModel, synchronized
-from goalscope.models.native import MAX_PATHS, KVCache, Weights
+from goalscope.models.native import DOWNLOAD_AGAIN, MAX_PATHS, KVCache, Weights
 from goalscope.models.sampling import (
     Grammar,
     LlamaGrammar,
@@ -81,7 +81,7 @@ class LlamaCpp(LocalModel):
         self.tuning = tuned(source, threads or processors(), report)
         self.adapter = Path(adapter) if adapter is not None else None
         whole = self._merged() if merge else None
-        self._weights = Weights(whole or self.tuning.path)
+        self._weights = Weights(whole or self.tuning.path, remedy=self.remedy)
         if self.adapter is not None and not whole:
             self._weights.adapt(self.adapter)
         self.adapter_metadata = adapter_metadata(self.adapter) if self.adapter else {}
@@ -108,6 +108,14 @@ class LlamaCpp(LocalModel):
             return merged(self.path, self.adapter, self.path.parent)
         except (OSError, ModelError):
             return None
+
+    @property
+    def remedy(self) -> str:
+        """See `LocalModel.remedy`."""
+        if self.tuning.path != self.tuning.source:
+            return f"Delete the copies in {self.tuning.path.parent}: goalscope makes them again."
+        is_own = self.tuning.source == embedded_path()
+        return "Install goalscope again." if is_own else DOWNLOAD_AGAIN
 
     @property
     def context_size(self) -> int:

@@ -73,6 +73,11 @@ class LocalModel(TokenScorer):
                 self.closed = True
                 self.free()
 
+    @property
+    def remedy(self) -> str:
+        """What to do where the weights are damaged."""
+        return "Download them again, or choose another model."
+
     @abstractmethod
     def free(self) -> None:
         """Give the memory back; see `close`."""
@@ -121,6 +126,8 @@ class LocalModel(TokenScorer):
         text, written, finish, told = "", list[int](), "length", ""
         logits = self.read(prompt, room)
         while len(written) < room:
+            if not np.isfinite(logits.max()):
+                raise ModelError(f"The weights are damaged: {self.describe()}. {self.remedy}")
             token, lead = choose(logits, temperature, random, form)
             total += log_prob(logits, token)
             if self.tokenizer.is_control(token):
