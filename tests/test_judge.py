@@ -12,7 +12,7 @@ from goalscope.envs.grocery import Catalogue, GroceryShop
 from goalscope.judge import SCORES, OrderEffect, Trial, compare, judge, order_effect
 from goalscope.judge import possible_actions as possible
 from goalscope.models import Completion, unfinished_json
-from goalscope.models.served import ServedGenerator
+from goalscope.models.served_generator import ServedGenerator
 from goalscope.types import Action, InvalidInputError, ModelError
 
 CASE = {"task": "The agent sells.", "description": "You want\ntea."}

@@ -15,8 +15,13 @@ from urllib.parse import urlsplit
 
 from goalscope.extras import package
 from goalscope.models import OnText
-from goalscope.models.http_errors import codes_of, failed, message_of, seconds_asked
-from goalscope.models.streaming import Streamed
+from goalscope.models.http_answers import (
+    Streamed,
+    codes_of,
+    failed,
+    message_of,
+    seconds_asked,
+)
 from goalscope.types import InvalidInputError, ModelError, pluralize
 
 if TYPE_CHECKING:
@@ -185,6 +190,16 @@ class Server:
         """Address, name, and what the server lists of the model, but for what changes by itself."""
         lasting = {k: v for k, v in self.facts.items() if k not in ("created", "permission")}
         return f"{self.url} {self.model} {json.dumps(lasting, sort_keys=True)}"
+
+    @property
+    def context_size(self) -> int:
+        """Most tokens of a prompt and its reply, by what servers list of a model; else 8192."""
+        meta: Any = self.facts.get("meta") or {}
+        known = (self.facts.get("max_model_len"), self.facts.get("context_length"))
+        for size in (*known, meta.get("n_ctx")):
+            if isinstance(size, int) and size > 1:
+                return size
+        return 8192
 
     def get(self, path: str) -> Any:
         """The JSON at a path.

@@ -346,14 +346,14 @@ def _local(
 
 def _served_generator(address: str, tokenizer: str | Path | None) -> OpenGenerator:
     from goalscope.models.http import Server
-    from goalscope.models.served import ServedGenerator
+    from goalscope.models.served_generator import ServedGenerator
 
     return ServedGenerator(Server(address), _tokenizer(str(tokenizer)) if tokenizer else None)
 
 
 def _served_scorer(address: str, tokenizer: str | Path | None) -> OpenScorer:
     from goalscope.models.http import Server
-    from goalscope.models.served import ServedScorer
+    from goalscope.models.served_scorer import ServedScorer
 
     server = Server(address)
     try:

@@ -201,8 +201,8 @@ class TokenScorer(ABC):
         for row, pair in zip(rows, pairs, strict=True):
             if len(row) != len(pair.answer) or not are_logprobs(row):
                 raise ModelError(
-                    f"{self.describe()} gave log-probabilities that cannot be: {row[:8].tolist()} for "
-                    f"{len(pair.answer)} tokens. {self.remedy}"
+                    f"{self.describe()} gave log-probabilities that cannot be: {row[:8].tolist()} "
+                    f"for {len(pair.answer)} tokens. {self.remedy}"
                 )
         return rows
 

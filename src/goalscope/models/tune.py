@@ -344,9 +344,12 @@ def _records() -> dict[Path, _Record]:
     for file in sorted(_folder().glob("*.json")):
         with suppress(OSError, ValueError, LookupError, TypeError):
             row: Any = json.loads(file.read_text(encoding="utf-8"))
-            row["running"] = Running(**row["running"])
-            row["trials"] = tuple(Trial(**trial) for trial in row["trials"])
-            found[file] = _Record(**{**row, "seen": {**row["seen"]}})
+            parts: dict[str, Any] = {
+                "seen": {**row["seen"]},
+                "running": Running(**row["running"]),
+                "trials": tuple(Trial(**trial) for trial in row["trials"]),
+            }
+            found[file] = _Record(**{**row, **parts})
     return found
 
 
