@@ -5,10 +5,9 @@ from __future__ import annotations
 import hashlib
 import os
 import weakref
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from itertools import chain
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
@@ -18,14 +17,7 @@ from goalscope.models.copies import merged
 from goalscope.models.engine import Engine
 from goalscope.models.local import LocalModel, synchronized
 from goalscope.models.native import DOWNLOAD_AGAIN, MAX_PATHS, KVCache, Weights
-from goalscope.models.sampling import (
-    Grammar,
-    LlamaGrammar,
-    LLGuidanceGrammar,
-    Logits,
-    gguf_vocabulary,
-    log_prob,
-)
+from goalscope.models.sampling import Logits, log_prob
 from goalscope.models.scoring import Pair
 from goalscope.models.trie import Trie
 from goalscope.models.tune import prompt_seconds, split_files, tuned
@@ -97,7 +89,6 @@ class LlamaCpp(LocalModel):
         self._context_size = min(context_size, trained)
         self.tokenizer = self._weights.chat_tokenizer()
         self._writing = self._caches[0]
-        self._guide: Any = None
         self._logits = np.empty(self._weights.vocab_size, np.float32)
 
     def _merged(self) -> Path | None:
@@ -121,6 +112,11 @@ class LlamaCpp(LocalModel):
     def context_size(self) -> int:
         """Most tokens that one pair (context and continuation) may have."""
         return self._context_size
+
+    @property
+    def vocabulary(self) -> Weights:
+        """See `LocalModel.vocabulary`."""
+        return self._weights
 
     @property
     def path(self) -> Path:
@@ -195,13 +191,6 @@ class LlamaCpp(LocalModel):
         """See `LocalModel.push`."""
         self._writing.push(token, lambda _, row: np.copyto(self._logits, row))
         return self._logits
-
-    def grammar(self, rules: Mapping[str, Any] | str) -> Grammar:
-        """See `LocalModel.grammar`."""
-        if isinstance(rules, str):
-            return LlamaGrammar(self._weights, rules)
-        self._guide = self._guide or gguf_vocabulary(self._weights)
-        return LLGuidanceGrammar(self._guide, rules)
 
     @synchronized
     def prompt_seconds(

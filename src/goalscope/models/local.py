@@ -12,7 +12,16 @@ from typing import Any, TypeVar, cast
 import numpy as np
 
 from goalscope.models import CLOSED, Array, Completion, OnText, unfinished_json
-from goalscope.models.sampling import Grammar, Logits, choose, log_prob
+from goalscope.models.native import Weights
+from goalscope.models.sampling import (
+    Grammar,
+    LlamaGrammar,
+    LLGuidanceGrammar,
+    Logits,
+    choose,
+    gguf_vocabulary,
+    log_prob,
+)
 from goalscope.models.scoring import TokenScorer
 from goalscope.types import Message, ModelError
 
@@ -61,6 +70,7 @@ class LocalModel(TokenScorer):
 
     def __init__(self) -> None:
         self.busy, self.closed = RLock(), False
+        self._guide: Any = None
 
     count_tokens = synchronized(TokenScorer.count_tokens)
     token_logprobs = synchronized(TokenScorer.token_logprobs)
@@ -90,9 +100,27 @@ class LocalModel(TokenScorer):
     def push(self, token: int) -> Logits:
         """Logits [vocabulary] after one more token than at the last `read` or `push`."""
 
+    @property
     @abstractmethod
+    def vocabulary(self) -> Weights | None:
+        """The GGUF file that the tokens are from; None if from another kind of file."""
+
+    @synchronized
     def grammar(self, rules: Mapping[str, Any] | str) -> Grammar:
-        """A JSON schema, or rules in GBNF, as a filter of next tokens."""
+        """A JSON schema, or rules in GBNF, as a filter of next tokens.
+
+        Raises:
+            ModelError: They cannot be turned into one.
+        """
+        if self.vocabulary is not None and isinstance(rules, str):
+            return LlamaGrammar(self.vocabulary, rules)  # llguidance forbids some of it
+        self._guide = self._guide or self.guide()
+        return LLGuidanceGrammar(self._guide, rules)
+
+    def guide(self) -> Any:
+        """The tokens as an `llguidance.LLTokenizer`."""
+        assert self.vocabulary is not None
+        return gguf_vocabulary(self.vocabulary)
 
     @synchronized
     def generate(
