@@ -93,7 +93,7 @@ class Streams:
     def generate(self, **more: Any) -> tuple[Completion, list[str]]:
         told: list[str] = []
         model = ServedGenerator(Server(URL + "#m", transport=httpx2.MockTransport(self)))
-        return model.generate(CONTEXTS[0], heard=told.append, **more), told
+        return model.generate(CONTEXTS[0], on_text=told.append, **more), told
 
 
 GROWS = streamed(ROLE, piece("Six"), piece(" "), piece("eggs \u201c🥚"), piece(None, "stop"), USAGE)
@@ -147,7 +147,7 @@ def test_who_does_not_stream_is_heard_in_the_end() -> None:
     assert ["stream" in body for body in server.bodies] == [True, False]
     model, _ = writing((200, reply("Six eggs.")))  # as if it had not been asked to
     told.clear()
-    assert model.generate(CONTEXTS[0], heard=told.append).text == "Six eggs."
+    assert model.generate(CONTEXTS[0], on_text=told.append).text == "Six eggs."
     assert told == ["Six eggs."]
 
 

@@ -47,7 +47,7 @@ class Asker(Protocol):
         done: str,
         goals: Sequence[str],
         *,
-        heard: OnText | None = None,
+        on_text: OnText | None = None,
     ) -> str:
         """The next question; "" where there is nothing to ask.
 
@@ -56,7 +56,7 @@ class Asker(Protocol):
             turns: The conversation.
             done: What the agent has done, in words.
             goals: The likeliest ones.
-            heard: Is told the question as it grows, where it is written as it is asked.
+            on_text: Called with the question as it grows, where it is written when it is asked.
         """
         ...
 
@@ -75,7 +75,7 @@ def ask(
     turns: Sequence[Turn],
     done: str,
     goals: Sequence[str],
-    heard: OnText | None = None,
+    on_text: OnText | None = None,
 ) -> str:
     """The agent's next question; none is asked twice.
 
@@ -85,11 +85,11 @@ def ask(
         turns: The conversation.
         done: What the agent has done, in words.
         goals: The likeliest ones.
-        heard: Is told the question as it grows.
+        on_text: Called with the question as it grows.
     """
     if not turns:
         return OPENING
-    question = question_of(writer.question(env.task, turns, done, goals, heard=heard))
+    question = question_of(writer.question(env.task, turns, done, goals, on_text=on_text))
     asked = {question_of(turn.query) for turn in turns}
     return question if question.endswith("?") and question not in asked else FALLBACK
 

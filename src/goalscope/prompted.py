@@ -88,7 +88,7 @@ class PromptedWriter:
         done: str,
         goals: Sequence[str],
         *,
-        heard: OnText | None = None,
+        on_text: OnText | None = None,
     ) -> str:
         """See `goalscope.dialog.Asker`."""
         shown = recent(self.model, turns, _TURNS)

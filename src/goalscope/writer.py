@@ -65,12 +65,12 @@ class Writer:
         done: str,
         goals: Sequence[str],
         *,
-        heard: OnText | None = None,
+        on_text: OnText | None = None,
     ) -> str:
         """See `goalscope.dialog.Asker`; none where it is not sure of its words."""
         shown = recent(self.model, turns, _TURNS)
         prompt = question_prompt(task, shown, done, goals)
-        reply = self.model.generate(prompt, max_tokens=_MOST_TOKENS["question"], heard=heard)
+        reply = self.model.generate(prompt, max_tokens=_MOST_TOKENS["question"], on_text=on_text)
         line = " ".join(reply.text.split("\n")[0].split())
         sure = reply.log_probability is None or reply.log_probability > _SURE
         return line if sure and reply.finish != "length" and line.endswith("?") else ""

@@ -1,4 +1,4 @@
-"""Is a model fit for its work? What `goalscope doctor` and `goalscope models check` find out."""
+"""The checks of a model by `goalscope doctor` and `goalscope models check`."""
 
 from __future__ import annotations
 

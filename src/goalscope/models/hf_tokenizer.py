@@ -122,7 +122,7 @@ def _file(model: str | Path, name: str) -> Path | None:
 
 
 def _fetched(model: str, name: str) -> str:
-    """Where a file of the hub's is kept. A hub that cannot be reached is tried but once."""
+    """The local path of a hub file. A hub that cannot be reached is tried only once."""
     hub, errors = package("huggingface_hub"), package("huggingface_hub.errors")
     try:
         return hub.hf_hub_download(model, name, local_files_only=True)

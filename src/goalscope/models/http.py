@@ -215,7 +215,7 @@ class Server:
         body: Mapping[str, Any],
         *,
         attempts: int = ATTEMPTS,
-        heard: OnText | None = None,
+        on_text: OnText | None = None,
     ) -> Any:
         """Send JSON to a path; one that begins with "/" is the server's, not the API's.
 
@@ -223,14 +223,14 @@ class Server:
             path: The path.
             body: The JSON.
             attempts: How often to try.
-            heard: Is told a chat completion as it grows, where it comes as a stream; in another
-                thread, and from its beginning in another attempt.
+            on_text: Called with a chat completion as it grows, where the server streams it; from
+                another thread, and from the beginning again with each attempt.
 
         Raises:
             Refusal: The server refused it.
             ModelError: There was no usable answer.
         """
-        return self._call("POST", path, body, attempts, heard)
+        return self._call("POST", path, body, attempts, on_text)
 
     def close(self) -> None:
         """Close the connections."""
@@ -242,7 +242,7 @@ class Server:
         path: str,
         body: Mapping[str, Any] | None,
         attempts: int,
-        heard: OnText | None = None,
+        on_text: OnText | None = None,
     ) -> Any:
         import tenacity
 
@@ -259,7 +259,7 @@ class Server:
                 with attempt:
                     self.usage.retries += tried > 0
                     tried += 1
-                    return self._once(method, path, body, deadline, heard)
+                    return self._once(method, path, body, deadline, on_text)
         except _Trouble as trouble:
             wait = f" It asks to wait {trouble.wait:.0f} s." if trouble.wait else ""
             times = "once" if tried == 1 else f"{tried} times"
@@ -272,13 +272,13 @@ class Server:
         path: str,
         body: Mapping[str, Any] | None,
         deadline: float,
-        heard: OnText | None,
+        on_text: OnText | None,
     ) -> Any:
         import httpx2
 
         self.usage.requests += 1
         try:
-            return self._read(path, *self._in_time(method, path, body, deadline, heard))
+            return self._read(path, *self._in_time(method, path, body, deadline, on_text))
         except (TimeoutError, httpx2.TimeoutException):
             raise _Trouble(
                 f"{self.url} did not answer in time ({self._timeout:.0f} s of silence, "
@@ -301,12 +301,12 @@ class Server:
         path: str,
         body: Mapping[str, Any] | None,
         deadline: float,
-        heard: OnText | None,
+        on_text: OnText | None,
     ) -> tuple[httpx2.Response, bytes]:
         """The answer, in a thread that is left alone at the deadline: HTTPX bounds but silences."""
         seconds = max(0.1, deadline - time.monotonic())
         future: Future[tuple[httpx2.Response, bytes]] = Future()
-        streamed = heard and Streamed(heard)
+        streamed = on_text and Streamed(on_text)
 
         def work() -> None:
             try:

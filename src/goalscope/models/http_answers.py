@@ -65,11 +65,11 @@ class Streamed:
     """Puts a streamed chat completion together.
 
     Args:
-        heard: Is told the text so far, whenever it has grown.
+        on_text: Called with the text so far, whenever it has grown.
     """
 
-    def __init__(self, heard: OnText) -> None:
-        self._heard = heard
+    def __init__(self, on_text: OnText) -> None:
+        self._on_text = on_text
         self._rest = bytearray()
         self._ended = False
         self._message: dict[str, str] = {}
@@ -115,4 +115,4 @@ class Streamed:
                 if isinstance(piece := delta.get(key), str):
                     self._message[key] = self._message.get(key, "") + piece
             if delta.get("content"):
-                self._heard(self._message["content"])
+                self._on_text(self._message["content"])

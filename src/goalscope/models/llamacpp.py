@@ -35,7 +35,7 @@ _CACHE_BYTES = 1 << 30  # of all caches, besides what a computation needs
 
 
 class LlamaCpp(LocalModel):
-    """A GGUF model that tells how likely words are, and writes; see `LocalModel`.
+    """A GGUF model that scores words and writes; see `LocalModel`.
 
     Attributes:
         tuning: The file that was loaded, and how it is run.
@@ -62,8 +62,8 @@ class LlamaCpp(LocalModel):
                 trained on.
             threads: Most processor threads; as many as the processors that this process may use if
                 None.
-            report: Told what is tried, and the share of it that is done, where the file's first
-                use has to find out how it runs fastest.
+            report: Called with what is tried and the share that is done, where the first use of a
+                file has to measure how it runs fastest.
 
         Raises:
             ModelError: The file is missing or is no complete chat model, or the engine is missing.

@@ -133,7 +133,7 @@ class LocalModel(TokenScorer):
         stop: Sequence[str] = (),
         schema: Mapping[str, Any] | None = None,
         grammar: str | None = None,
-        heard: OnText | None = None,
+        on_text: OnText | None = None,
     ) -> Completion:
         """Write the assistant's next message; see `Generator.generate`.
 
@@ -170,14 +170,14 @@ class LocalModel(TokenScorer):
             if cuts:
                 text, finish = text[: min(cuts)], "stop"
                 break
-            if heard and len(sure := _sure(text, stop)) > len(told):
-                heard(told := sure)
+            if on_text and len(sure := _sure(text, stop)) > len(told):
+                on_text(told := sure)
             if len(written) < room:
                 logits = self.push(token)
         if form is not None and finish == "length":
             raise unfinished_json(room)
-        if heard and text != told:
-            heard(text)
+        if on_text and text != told:
+            on_text(text)
         return Completion(text, finish, len(prompt), len(written), total, tuple(margins))
 
     @synchronized

@@ -350,7 +350,7 @@ class KVCache:
         if told != asked:
             self.free()
             raise ModelError(
-                f"{self._weights.engine.name} takes its settings for others ({told} for {asked}). "
+                f"{self._weights.engine.name} misreads its settings ({told} for {asked}). "
                 f"Install the version {self._weights.engine.package.tried}."
             )
         self._cells = params.n_ctx

@@ -94,7 +94,7 @@ class TwoModels:
         stop: Sequence[str] = (),
         schema: Mapping[str, Any] | None = None,
         grammar: str | None = None,
-        heard: OnText | None = None,
+        on_text: OnText | None = None,
     ) -> Completion:
         """See `Generator.generate`."""
         return self.generator.generate(
@@ -105,7 +105,7 @@ class TwoModels:
             stop=stop,
             schema=schema,
             grammar=grammar,
-            heard=heard,
+            on_text=on_text,
         )
 
     def token_logprobs(
@@ -206,7 +206,7 @@ def open_model(
             for none; by default, the one that comes with goalscope if the embedded model scores.
             (For reading, the embedded model always has the one that comes with it.)
         calls: File that keeps all calls and answers, so that none is repeated; see `CachedModel`.
-        report: Told what a first use tries, and the share that is done; see `LlamaCpp`.
+        report: Called with what a first use tries, and the share done; see `LlamaCpp`.
 
     Raises:
         ModelError: A model or an adapter is missing or broken, or a package that it needs.

@@ -77,7 +77,7 @@ class ServedGenerator:
         stop: Sequence[str] = (),
         schema: Mapping[str, Any] | None = None,
         grammar: str | None = None,
-        heard: OnText | None = None,
+        on_text: OnText | None = None,
     ) -> Completion:
         """Write the assistant's next message; see `Generator.generate`.
 
@@ -97,7 +97,7 @@ class ServedGenerator:
         }
         if stop:
             body["stop"] = list(stop)
-        answer = self._post(body, max_tokens, schema, heard)
+        answer = self._post(body, max_tokens, schema, on_text)
         with understood(self.server.url):
             choice: dict[str, Any] = answer["choices"][0]
             usage: dict[str, Any] = answer.get("usage") or {}
@@ -113,8 +113,8 @@ class ServedGenerator:
         finish = "length" if reason == "length" else "stop"
         if schema is not None:
             text = self._checked(text, finish, schema, max_tokens)
-        if heard:
-            heard(text)
+        if on_text:
+            on_text(text)
         return Completion(text, finish, read, written)
 
     @property
@@ -135,17 +135,17 @@ class ServedGenerator:
         body: Mapping[str, Any],
         max_tokens: int,
         schema: Mapping[str, Any] | None,
-        heard: OnText | None,
+        on_text: OnText | None,
     ) -> Any:
         """Ask, and again without what the server says that it does not know."""
         while True:
             extra: dict[str, Any] = {self._length_key: max_tokens}
             if schema is not None:
                 extra["response_format"] = self._response_format(_object(schema))
-            if heard and schema is None and self._streams:
+            if on_text and schema is None and self._streams:
                 extra |= {"stream": True, "stream_options": {"include_usage": True}}
             try:
-                return self.server.post("chat/completions", {**body, **extra}, heard=heard)
+                return self.server.post("chat/completions", {**body, **extra}, on_text=on_text)
             except Refusal as refusal:
                 said = str(refusal)
                 if "stream" in extra and re.search(r"\bstream", said):

@@ -45,7 +45,7 @@ _MISMATCH_ROUNDED = 0.1
 
 
 class Transformers(LocalModel):
-    """A Hugging Face causal language model that tells how likely words are, and writes.
+    """A Hugging Face causal language model that scores words and writes.
 
     All texts of a call form a tree of tokens. Each node is computed once, many side by side in a
     row, by an attention mask that lets it see its own ancestors alone; what was computed is kept
