@@ -151,7 +151,7 @@ def test_a_file_of_the_same_content_is_tuned_already(
 def test_what_was_kept_for_a_file_goes_once_the_file_is_gone(
     folder: Path, monkeypatch: pytest.MonkeyPatch, tmp_path: Path
 ) -> None:
-    other = tmp_path / "other.gguf"
+    other = tmp_path / "other-with-more.gguf"
     other.write_bytes(embedded_path().read_bytes() + b"more")
     for file in (other, None):
         kept = keep(monkeypatch, Running(2), BF16, file)

@@ -42,7 +42,7 @@ __all__ = [
 ]
 
 Report = Callable[[str, float], object]
-"""Told what is measured now, and the share of the work that is done, from 0 to 1."""
+"""Called with what is measured now, and the share of the work that is done, from 0 to 1."""
 
 log = logging.getLogger(__name__)
 
@@ -155,7 +155,7 @@ def tune(source: Path, threads: int, report: Report | None = None) -> Tuning:
                 "GOALSCOPE_TUNE=0 prevents it.",
                 source.name,
             )
-            report = _unheard
+            report = _ignored
         files, trials = _try_types(source, Path(work), Running(threads), report)
         if not math.isfinite(trials[0].error):
             raise ModelError(
@@ -168,7 +168,11 @@ def tune(source: Path, threads: int, report: Report | None = None) -> Tuning:
         path = source
         if files[best.weights] != source:
             path = folder / f"{source.stem}-{digest[:12]}-{best.weights}.gguf"
-            os.replace(files[best.weights], path)
+            try:
+                os.replace(files[best.weights], path)
+            except PermissionError:  # on some systems, where the same copy is in use
+                if not path.is_file():
+                    raise
         result = Tuning(source, path, threads, running, tuple(trials))
         _keep(result, digest)
         _forget_others()
@@ -205,8 +209,8 @@ def prompt_seconds(
 ) -> float:
     """Shortest of two times to read a prompt of so many tokens, after one to warm up.
 
-    The next-token logits of the last `scored` tokens are computed, and looked at. If the first time
-    is above `hopeless` seconds, it is the answer.
+    The next-token logits of the last `scored` tokens are computed and read. A first time above
+    `hopeless` seconds is returned at once.
     """
     cache, trie = KVCache(weights, running), Trie()
     times: list[float] = []
@@ -223,7 +227,7 @@ def prompt_seconds(
     return min(times[1:] or times)
 
 
-def _unheard(step: str, share: float) -> None: ...
+def _ignored(step: str, share: float) -> None: ...
 
 
 def _try_types(
@@ -415,11 +419,11 @@ def _forget_others() -> None:
     for file in _folder().glob("*.json"):
         record = known.get(file)
         if record and _is_current(record):
-            used.add(Path(record.copy or "").stem)
+            used |= {Path(record.copy).stem} if record.copy else set()
         else:
             _delete(file)
     for copy in _folder().glob("*.gguf"):
-        if copy.stem.partition("-with-")[0] not in used:
+        if not {copy.stem, copy.stem.rpartition("-with-")[0]} & used:  # perhaps with an adapter
             _delete(copy)
 
 
@@ -435,7 +439,7 @@ def _delete(file: Path) -> None:
 
 
 def processor() -> str:
-    """The processor's name, as the system tells it."""
+    """The processor's name, as the system gives it."""
     try:
         for line in Path("/proc/cpuinfo").read_text(encoding="utf-8").splitlines():
             if line.startswith("model name"):
