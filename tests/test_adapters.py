@@ -283,7 +283,7 @@ def test_what_is_no_adapter_for_a_model_is_refused(
     words.write_text("no GGUF file at all")
     cut.write_bytes((mine / "adapter.gguf").read_bytes()[:100_000])
     for file in (other, small, words, cut, model.path):
-        with pytest.raises(ModelError, match="no adapter for") as caught:
+        with pytest.raises(ModelError, match="not an adapter for") as caught:
             LlamaCpp(adapter=file)
         assert "\n" not in str(caught.value)
     assert capfd.readouterr() == ("", "")
@@ -313,10 +313,10 @@ def test_what_is_no_adapter_for_a_model_is_refused(
         (scaleless, "several ranks, or no scale"),
         (endless, "several ranks, or no scale"),
         (flat, "changes blk.0.attn_output.weight.lora_a, which goalscope cannot adapt"),
-        (other, "no LoRA adapter for llama"),
-        (words, "no complete GGUF file"),
-        (cut, "no complete GGUF file"),
-        (model.path, "no LoRA adapter"),
+        (other, "not a LoRA adapter for llama"),
+        (words, "not a complete GGUF file"),
+        (cut, "not a complete GGUF file"),
+        (model.path, "not a LoRA adapter"),
         (deep, "layer 9, where the model has none"),
         (empty, "lacks weights"),
         (mine / "adapter.gguf", "576 x 576 weights in layer 0, where the model has one of 32 x 32"),

@@ -142,5 +142,5 @@ def test_a_merge_that_fails_falls_back_to_the_adapter_at_run_time(
     np.testing.assert_array_equal(*scores)
     for each in (one, other):
         each.close()
-    with pytest.raises(ModelError, match="no adapter for"):
+    with pytest.raises(ModelError, match="not an adapter for"):
         LlamaCpp(adapter=broken(tmp_path)["words"], merge=True)

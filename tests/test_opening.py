@@ -71,7 +71,7 @@ def test_nothing_names_the_embedded_model_and_one_for_both_is_one(
 
 
 def test_a_server_of_no_address_is_refused() -> None:
-    with pytest.raises(InvalidInputError, match="no address"):
+    with pytest.raises(InvalidInputError, match="not the address"):
         open_model(generator="http://")
 
 
@@ -134,7 +134,9 @@ def test_a_served_model_of_a_private_name_is_looked_for_nowhere(
     asked: list[str] = []
     monkeypatch.setattr(hub, "hf_hub_download", lambda name, *_, **__: asked.append(name))
     monkeypatch.setattr("goalscope.models.http.Server.facts", {"id": "our-secret"})
-    with pytest.raises(ModelError, match=r"our-secret is no name.*open_model\(tokenizer=\.\.\.\)"):
+    with pytest.raises(
+        ModelError, match=r"our-secret is not a name.*open_model\(tokenizer=\.\.\.\)"
+    ):
         open_model("http://127.0.0.1:9/v1#our-secret")
     assert asked == []
 

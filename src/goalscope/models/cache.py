@@ -53,7 +53,7 @@ class CachedModel:
             (tables,) = self._db.execute("SELECT count(*) FROM sqlite_master").fetchone()
             if found != _APPLICATION_ID and tables:
                 self._db.close()
-                raise InvalidInputError(f"{self.file} is no cache of model calls. Name another.")
+                raise InvalidInputError(f"{self.file} is not a cache of model calls. Name another.")
             self._db.execute("PRAGMA journal_mode = WAL")
             self._db.execute(f"PRAGMA application_id = {_APPLICATION_ID}")
             self._db.execute(

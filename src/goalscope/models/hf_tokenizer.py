@@ -142,7 +142,7 @@ def _json(model: str | Path, name: str) -> dict[str, Any]:
     try:
         data: Any = json.loads(path.read_text(encoding="utf-8"))
     except ValueError as error:
-        raise ModelError(f"{path} is no JSON ({error}). Download the model again.") from None
+        raise ModelError(f"{path} is not JSON ({error}). Download the model again.") from None
     return cast("dict[str, Any]", data) if isinstance(data, dict) else {}
 
 

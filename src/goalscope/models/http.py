@@ -143,7 +143,7 @@ class Server:
             self._client = httpx2.Client(base_url=base.rstrip("/") + "/", transport=transport)
         except (ValueError, httpx2.InvalidURL) as error:
             raise InvalidInputError(
-                f"{base.rpartition('@')[2]} is no address of a model server ({error}). "
+                f"{base.rpartition('@')[2]} is not the address of a model server ({error}). "
                 "Write it like http://localhost:8000/v1#model-name."
             ) from None
         self.url = f"{parts.scheme}://{parts.netloc}{parts.path.rstrip('/')}"

@@ -118,8 +118,8 @@ class Weights:
         self.adapter = self.lib.llama_adapter_lora_init(self.model, os.fsencode(path))
         if not self.adapter:
             raise ModelError(
-                f"{path} is no adapter for {self.metadata('general.name') or self.path}. Take the "
-                "model that it was fitted on, or fit one on this model with `goalscope fit`."
+                f"{path} is not an adapter for {self.metadata('general.name') or self.path}. Take "
+                "the model that it was fitted on, or fit one on this model with `goalscope fit`."
             )
 
     def free(self) -> None:

@@ -336,7 +336,7 @@ def _local(
     if text and os.path.isdir(text):
         files = ", ".join(sorted(each.name for each in Path(text).glob("*.gguf")))
         raise ModelError(
-            f"The folder {text} holds no config.json, so it is no model of Transformers. Name a "
+            f"The folder {text} holds no config.json, so it is not a Transformers model. Name a "
             f"GGUF file instead; {f'in it are: {files}' if files else 'there is none in it'}."
         )
     from goalscope.models.llamacpp import LlamaCpp
@@ -363,7 +363,7 @@ def _served_scorer(address: str, tokenizer: str | Path | None) -> OpenScorer:
         raise
     try:
         if not tokenizer and "/" not in home and not os.path.exists(home):
-            raise ModelError(f"{home} is no name on the Hugging Face hub, such as owner/name.")
+            raise ModelError(f"{home} is not a name on the Hugging Face hub, such as owner/name.")
         return ServedScorer(server, _tokenizer(home))
     except ModelError as error:
         server.close()
