@@ -17,7 +17,6 @@ from goalscope.models.engine import READY
 from goalscope.models.llamacpp import LlamaCpp, embedded_path
 from servers import (  # noqa: F401
     exact_gguf,
-    llama_cpp_python_address,
     llama_server,
     llama_server_address,
 )

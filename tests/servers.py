@@ -58,28 +58,6 @@ def exact_gguf(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Path]:
 
 
 @pytest.fixture(scope="session")
-def llama_cpp_python_address(
-    exact_gguf: Path, tmp_path_factory: pytest.TempPathFactory
-) -> Iterator[str]:
-    """Address of llama-cpp-python's server."""
-    pytest.importorskip("fastapi", reason="needs llama-cpp-python[server]")
-    port = free_port()
-    settings = {
-        "model": exact_gguf,
-        "port": port,
-        "n_ctx": CONTEXT,
-        "logits_all": True,
-        "type_k": 0,  # float32
-        "type_v": 0,
-        "flash_attn": False,
-    }
-    command = [sys.executable, "-m", "llama_cpp.server"]
-    command += [part for name, value in settings.items() for part in (f"--{name}", str(value))]
-    with started(command, port, tmp_path_factory.mktemp("llama_cpp_python") / "log") as address:
-        yield address
-
-
-@pytest.fixture(scope="session")
 def llama_server_address(
     exact_gguf: Path, tmp_path_factory: pytest.TempPathFactory
 ) -> Iterator[str]:

@@ -170,6 +170,15 @@ def test_rows_stand_in_the_order_of_the_architecture(tmp_path: Path, kind: str) 
     assert adapted.fingerprint != plain.fingerprint
 
 
+@pytest.mark.parametrize("head", [8, 16])
+def test_a_cached_token_takes_what_the_files_own_head_size_says(tmp_path: Path, head: int) -> None:
+    plain = Transformers(tiny(tmp_path / "model", "qwen3", head_dim=head), device="cpu")
+    weights = Weights(gguf_file(plain.network.model, tmp_path / "model.gguf"))
+    layers, heads = SMALL["num_hidden_layers"], SMALL["num_key_value_heads"]
+    assert weights.kv_bytes == layers * heads * (head + head) * 2  # F16, as the file says no type
+    weights.free()
+
+
 @pytest.mark.parametrize(
     ("kind", "rank", "apart"),
     [*((each, 4, 1e-5) for each in ARCHITECTURES), ("llama", 32, 1 / 250)],
@@ -274,7 +283,7 @@ def test_what_is_no_adapter_for_a_model_is_refused(
     words.write_text("no GGUF file at all")
     cut.write_bytes((mine / "adapter.gguf").read_bytes()[:100_000])
     for file in (other, small, words, cut, model.path):
-        with pytest.raises(ModelError, match="no adapter for") as caught:
+        with pytest.raises(ModelError, match="not an adapter for") as caught:
             LlamaCpp(adapter=file)
         assert "\n" not in str(caught.value)
     assert capfd.readouterr() == ("", "")
@@ -304,10 +313,10 @@ def test_what_is_no_adapter_for_a_model_is_refused(
         (scaleless, "several ranks, or no scale"),
         (endless, "several ranks, or no scale"),
         (flat, "changes blk.0.attn_output.weight.lora_a, which goalscope cannot adapt"),
-        (other, "no LoRA adapter for llama"),
-        (words, "no complete GGUF file"),
-        (cut, "no complete GGUF file"),
-        (model.path, "no LoRA adapter"),
+        (other, "not a LoRA adapter for llama"),
+        (words, "not a complete GGUF file"),
+        (cut, "not a complete GGUF file"),
+        (model.path, "not a LoRA adapter"),
         (deep, "layer 9, where the model has none"),
         (empty, "lacks weights"),
         (mine / "adapter.gguf", "576 x 576 weights in layer 0, where the model has one of 32 x 32"),

@@ -63,8 +63,8 @@ def test_an_answer_is_given_again_to_the_last_bit(file: Path) -> None:
 
 def test_an_answer_is_heard_whether_it_is_new_or_kept(file: Path) -> None:
     model, told = CachedModel(Weighed(), file), list[str]()
-    model.generate(CHAT, heard=told.append)
-    model.generate(CHAT, heard=told.append)
+    model.generate(CHAT, on_text=told.append)
+    model.generate(CHAT, on_text=told.append)
     model.generate(CHAT)
     assert told == ["eggs", "eggs"]
     assert (model.hits, model.misses) == (2, 1)

@@ -15,6 +15,8 @@ from goalscope.belief import Belief
 from goalscope.calibration import DEFAULT, LAST_TURN, PAPER, calibration_from_json
 from goalscope.calibrations import keep_calibration
 from goalscope.cli.main import app
+from goalscope.cli.models import _engine
+from goalscope.models.engine import READY, Engine
 from goalscope.types import UNSPECIFIED, Goal
 from lives import CATALOGUE
 from test_run import NamedModel
@@ -292,6 +294,27 @@ def test_doctor_calls_the_model_as_people_do_and_tells_its_calibration(words, mo
     assert inner not in shown
     assert told["model"] == "SmolLM2-135M-Instruct"
     assert "prior_unspecified 0.5; " in told["calibration"]
+
+
+@pytest.mark.parametrize("compiler", [None, "g++"])
+def test_doctor_says_what_the_faster_engine_needs(monkeypatch, compiler):
+    which = {"g++": "/usr/bin/g++"} if compiler else {}
+    monkeypatch.delenv("CXX", raising=False)
+    monkeypatch.setattr("shutil.which", which.get)
+    told = _engine(None, Engine(READY, "1.0", None))
+    assert "goalscope[native]" in told
+    assert ("install a C++ compiler" in told) == (compiler is None)
+
+
+def test_doctor_reports_lost_adapters(words, monkeypatch, tmp_path):
+    monkeypatch.setattr("goalscope.models.check.check", lambda engine: ({}, []))
+    monkeypatch.setattr("goalscope.models.adapters._shipped_path", lambda name: tmp_path / name)
+    result = invoke("doctor", "--json")
+    assert result.exit_code == 1
+    problems = json.loads(result.stdout)["problems"]
+    assert [each.partition(" ")[0] for each in problems] == [
+        str(tmp_path / name) for name in ("general", "reader", "writer")
+    ]
 
 
 def test_doctor_reports_and_fails_on_a_missing_model(tmp_path):

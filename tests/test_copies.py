@@ -1,15 +1,17 @@
-"""An adapter in a copy of the weights says what it says beside them."""
+"""Copies of weights: an adapter in one says what it says beside them, and memory stays small."""
 
 from __future__ import annotations
 
+import tracemalloc
 from pathlib import Path
 
+import gguf
 import numpy as np
 import pytest
 
 from goalscope.models import Message
 from goalscope.models.adapters import shipped
-from goalscope.models.copies import merged
+from goalscope.models.copies import merged, requantize
 from goalscope.models.llamacpp import LlamaCpp, embedded_path
 from goalscope.types import ModelError
 from goalscope.writer import goals_prompt, needs_prompt
@@ -54,6 +56,14 @@ def test_a_copy_is_made_once_and_nothing_else_is_left(whole: Path) -> None:
     assert {each.name for each in whole.parent.iterdir()} <= {whole.name, ".merge-lock"}
 
 
+def test_no_copy_is_in_memory_as_a_whole(tmp_path: Path) -> None:
+    tracemalloc.start()
+    requantize(embedded_path(), tmp_path / "exact.gguf", "F32")
+    _, most = tracemalloc.get_traced_memory()
+    tracemalloc.stop()
+    assert most < (tmp_path / "exact.gguf").stat().st_size * 0.8
+
+
 def broken(tmp_path: Path) -> dict[str, Path]:
     """Files that are no adapters for the embedded model."""
     content = WRITER.read_bytes()
@@ -76,6 +86,22 @@ def test_a_broken_adapter_is_refused_and_leaves_nothing(tmp_path: Path, kind: st
     with pytest.raises(ModelError, match="cannot be merged"):
         merged(embedded_path(), broken(tmp_path)[kind], folder)
     assert {each.name for each in folder.iterdir()} <= {".merge-lock"}
+
+
+@pytest.mark.parametrize("name", ["blk.99.attn_q.weight", "blk.0.attn_norm.weight"])
+def test_an_adapter_with_a_part_that_cannot_be_added_is_refused(tmp_path: Path, name: str) -> None:
+    adapter = tmp_path / "adapter.gguf"
+    writer = gguf.GGUFWriter(adapter, "llama")
+    writer.add_float32("adapter.lora.alpha", 1.0)
+    for letter in "ab":
+        writer.add_tensor(f"{name}.lora_{letter}", np.ones((4, 4), np.float32))
+    writer.write_header_to_file()
+    writer.write_kv_data_to_file()
+    writer.write_tensors_to_file()
+    writer.close()
+    with pytest.raises(ModelError, match=f"nothing can be added to {name}"):
+        merged(embedded_path(), adapter, tmp_path)
+    assert not [*tmp_path.glob("*-with-*")]
 
 
 def test_where_there_is_no_room_no_copy_is_made(
@@ -116,5 +142,5 @@ def test_a_merge_that_fails_falls_back_to_the_adapter_at_run_time(
     np.testing.assert_array_equal(*scores)
     for each in (one, other):
         each.close()
-    with pytest.raises(ModelError, match="no adapter for"):
+    with pytest.raises(ModelError, match="not an adapter for"):
         LlamaCpp(adapter=broken(tmp_path)["words"], merge=True)

@@ -266,7 +266,7 @@ def test_what_is_left_alone_is_not_heard_any_more() -> None:
     with listening(behave) as address:
         server = Server(address, patience=0.5)
         with pytest.raises(ModelError, match="in time"):
-            server.post("chat/completions", {}, heard=told.append)
+            server.post("chat/completions", {}, on_text=told.append)
         time.sleep(0.2)
         heard = len(told)
         time.sleep(0.2)

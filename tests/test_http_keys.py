@@ -34,7 +34,7 @@ httpx2 = pytest.importorskip("httpx2", reason="models behind a server need goals
     ],
 )
 def test_what_is_no_address_is_refused(address: str) -> None:
-    with pytest.raises(InvalidInputError, match="no address of a model server") as caught:
+    with pytest.raises(InvalidInputError, match="not the address of a model server") as caught:
         Server(address)
     assert "hunter2" not in str(caught.value)
 

@@ -125,7 +125,7 @@ def test_the_only_gguf_file_is_fetched_listed_and_not_fetched_twice(
         (("owner/nowhere",), "owner/nowhere"),
         (("owner/nowhere", "x.gguf"), "owner/nowhere"),
         (("nobody",), "OWNER/NAME"),
-        (("../up", "x.gguf"), "no name of a repository"),
+        (("../up", "x.gguf"), "not the name of a repository"),
     ],
 )
 def test_what_is_not_there_is_said_in_one_line(

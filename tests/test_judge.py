@@ -12,7 +12,7 @@ from goalscope.envs.grocery import Catalogue, GroceryShop
 from goalscope.judge import SCORES, Trial, judge
 from goalscope.judge import possible_actions as possible
 from goalscope.models import Completion, unfinished_json
-from goalscope.models.served import ServedGenerator
+from goalscope.models.served_generator import ServedGenerator
 from goalscope.types import Action, InvalidInputError, ModelError
 
 CASE = {"task": "The agent sells.", "description": "You want\ntea."}
@@ -100,7 +100,7 @@ def test_a_server_that_ignores_the_schema_leaves_a_trial_unscored(text) -> None:
     class Prose:
         url, model = "http://server", "gpt"
 
-        def post(self, path, body, heard=None):
+        def post(self, path, body, on_text=None):
             return {"choices": [{"message": {"content": text}, "finish_reason": "stop"}]}
 
     server = ServedGenerator(Prose())  # pyright: ignore[reportArgumentType]

@@ -4,17 +4,20 @@ from __future__ import annotations
 
 import gc
 import math
+import re
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
 
+from goalscope.models.check import check
 from goalscope.models.copies import requantize
 from goalscope.models.engine import engine
 from goalscope.models.llamacpp import LlamaCpp, embedded_path
-from goalscope.models.native import MAX_PATHS, Weights
+from goalscope.models.native import MAX_PATHS, Running, Weights
 from goalscope.models.sampling import LlamaGrammar
+from goalscope.models.tune import Tuning, tune
 from goalscope.types import Message, ModelError, UnreadableAnswerError
 from test_model_contract import CONTEXTS, HISTORY, REPLIES, TOLERANCE, one_at_a_time, sums
 
@@ -45,6 +48,17 @@ def test_the_transcript_stays_cached_while_other_calls_come_between(model: Llama
     assert new < sum(map(model.count_tokens, longer)) / 2
     model.clear_cache()
     np.testing.assert_allclose(warm, sums(model, longer, ["A lot."] * 4), atol=TOLERANCE)
+
+
+def test_what_was_forgotten_moves_no_number_by_a_bit(model: LlamaCpp) -> None:
+    model.clear_cache()
+    first = model.token_logprobs(CONTEXTS, REPLIES)
+    long = [[*context, Message("user", "milk " * 300)] for context in CONTEXTS]
+    sums(model, long, REPLIES[::-1])
+    model.generate(HISTORY, max_tokens=5)
+    model.clear_cache()
+    for row, again in zip(first, model.token_logprobs(CONTEXTS, REPLIES), strict=True):
+        np.testing.assert_array_equal(row, again)
 
 
 def test_more_pairs_than_one_tree_can_hold(model: LlamaCpp) -> None:
@@ -85,6 +99,53 @@ def test_a_broken_file_is_one_clear_line(
         LlamaCpp(broken)
     assert "\n" not in str(caught.value)
     assert capfd.readouterr() == ("", "")
+
+
+@pytest.fixture(scope="module")
+def damaged(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """The embedded model with a sixth of its weights overwritten."""
+    file = tmp_path_factory.mktemp("damaged") / "damaged.gguf"
+    content = bytearray(embedded_path().read_bytes())
+    size = len(content)
+    content[size // 3 : size // 2] = b"\xff" * (size // 2 - size // 3)
+    file.write_bytes(content)
+    return file
+
+
+def test_damaged_weights_are_named_with_what_to_do(
+    damaged: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, recwarn: Any
+) -> None:
+    monkeypatch.setenv("GOALSCOPE_TUNE", "0")
+    engine = LlamaCpp(damaged)
+    said = rf"{damaged}.* Download it again, or choose another file\."
+    for asked in (
+        lambda: engine.token_logprobs(CONTEXTS, REPLIES),
+        lambda: engine.generate(HISTORY),
+        lambda: engine.generate(HISTORY, schema={"enum": ["tea"]}),
+    ):
+        with pytest.raises(ModelError, match=said):
+            asked()
+    (problem, *_) = check(engine)[1]
+    assert re.search(said, problem)
+    engine.close()
+    monkeypatch.setattr("platformdirs.user_cache_path", lambda _: tmp_path)
+    with pytest.raises(ModelError, match=rf"{damaged} is damaged.* Download it again"):
+        tune(damaged, 1)
+    assert not recwarn.list
+
+
+def test_a_damaged_copy_is_to_be_deleted_and_the_embedded_model_installed(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    copy, own = tmp_path / "copy.gguf", embedded_path()
+    copy.write_bytes(b"GGUF")
+    for path, said in ((copy, "Delete the copies in"), (own, "Install goalscope again")):
+        tuning = Tuning(own, path, 1, Running(1))
+        monkeypatch.setattr("goalscope.models.llamacpp.tuned", lambda *_, of=tuning: of)
+        with monkeypatch.context() as patch:
+            patch.setattr(engine().lib, "llama_model_load_from_file", lambda *_: None)
+            with pytest.raises(ModelError, match=rf"{path} is not a complete.* {said}"):
+                LlamaCpp()
 
 
 def test_writing_goes_on_where_the_cache_has_to_grow(model: LlamaCpp) -> None:

@@ -149,14 +149,14 @@ def test_a_stop_string_ends_the_text(backend: Any) -> None:
 
 def test_what_is_written_is_heard_as_it_grows_and_never_taken_back(backend: Any) -> None:
     told: list[str] = []
-    reply = backend.generate(HISTORY, max_tokens=24, heard=told.append)
+    reply = backend.generate(HISTORY, max_tokens=24, on_text=told.append)
     assert told[-1] == reply.text == backend.generate(HISTORY, max_tokens=24).text
     assert len(set(told)) > 5
     assert all(later.startswith(before) for before, later in pairwise(told))
     start = reply.text.index(" ", 20) - 2
     stop = reply.text[start : start + 12]  # begins and ends within a word
     told.clear()
-    cut = backend.generate(HISTORY, max_tokens=24, stop=[stop], heard=told.append)
+    cut = backend.generate(HISTORY, max_tokens=24, stop=[stop], on_text=told.append)
     assert told[-1] == cut.text == reply.text[:start]
     assert all(cut.text.startswith(each) for each in told)
 

@@ -13,8 +13,9 @@ from typer.testing import CliRunner
 
 from fakes import WordModel
 from goalscope.cli.main import app
+from goalscope.models.cache import CachedModel
 from goalscope.models.llamacpp import LlamaCpp, embedded_path
-from goalscope.models.opening import TwoModels, model_label, open_model, parts
+from goalscope.models.opening import TwoModels, forget, model_label, open_model, parts
 from goalscope.types import InvalidInputError, Message, ModelError
 
 CHAT = [Message("user", "milk and eggs")]
@@ -27,6 +28,10 @@ class Named(WordModel):
         super().__init__({"milk": f"by {name}"}, context_size)
         self.name = self.fingerprint = name
         self.closed = False
+        self.forgot = 0
+
+    def clear_cache(self) -> None:
+        self.forgot += 1
 
     def describe(self) -> str:
         return f"the {self.name}"
@@ -48,6 +53,13 @@ def test_one_writes_and_the_other_scores() -> None:
     assert (writer.closed, scorer.closed) == (True, True)
 
 
+def test_every_part_forgets_once(tmp_path: Path) -> None:
+    one, two, three = Named("one"), Named("two"), Named("three")
+    forget(TwoModels(one, CachedModel(two, tmp_path / "calls.db"), reader=one, writer=three))
+    assert [each.forgot for each in (one, two, three)] == [1, 1, 1]
+    forget(WordModel({}))
+
+
 def test_nothing_names_the_embedded_model_and_one_for_both_is_one(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
@@ -59,7 +71,7 @@ def test_nothing_names_the_embedded_model_and_one_for_both_is_one(
 
 
 def test_a_server_of_no_address_is_refused() -> None:
-    with pytest.raises(InvalidInputError, match="no address"):
+    with pytest.raises(InvalidInputError, match="not the address"):
         open_model(generator="http://")
 
 
@@ -122,7 +134,9 @@ def test_a_served_model_of_a_private_name_is_looked_for_nowhere(
     asked: list[str] = []
     monkeypatch.setattr(hub, "hf_hub_download", lambda name, *_, **__: asked.append(name))
     monkeypatch.setattr("goalscope.models.http.Server.facts", {"id": "our-secret"})
-    with pytest.raises(ModelError, match=r"our-secret is no name.*open_model\(tokenizer=\.\.\.\)"):
+    with pytest.raises(
+        ModelError, match=r"our-secret is not a name.*open_model\(tokenizer=\.\.\.\)"
+    ):
         open_model("http://127.0.0.1:9/v1#our-secret")
     assert asked == []
 

@@ -1,7 +1,6 @@
 """Models behind servers that score: the right numbers, or a refusal that says why.
 
-`recordings/{vllm,vllm_next_tokens,llama_server,llama_cpp_python}.json` were recorded from real
-servers. `recordings/sglang.json` was written from SGLang's source: no such server was run.
+`recordings/{vllm,vllm_next_tokens,llama_server}.json` were recorded from real servers.
 `Simulated` gives the embedded model's own numbers in vLLM's form, honest or twisted.
 """
 
@@ -17,9 +16,14 @@ import pytest
 
 from goalscope.models.http import Server
 from goalscope.models.llamacpp import LlamaCpp
-from goalscope.models.protocols import Echo, Forced, NextTokens, PromptTokens, Protocol, SGLang
 from goalscope.models.scoring import Pair
-from goalscope.models.served import ServedScorer
+from goalscope.models.served_scorer import (
+    Forced,
+    NextTokens,
+    PromptTokens,
+    Protocol,
+    ServedScorer,
+)
 from goalscope.types import Message, ModelError
 
 httpx2 = pytest.importorskip("httpx2", reason="models behind a server need goalscope[remote]")
@@ -68,8 +72,7 @@ FLOAT32 = [[-8.0310, -1.2261, -1.6313, -0.3950], [-5.4463, -4.7746, -5.8035, -13
 
 
 @pytest.mark.parametrize(
-    ("name", "kind"),
-    [("vllm", PromptTokens), ("vllm_next_tokens", NextTokens), ("sglang", SGLang)],
+    ("name", "kind"), [("vllm", PromptTokens), ("vllm_next_tokens", NextTokens)]
 )
 def test_protocols_of_token_ids_read_the_recorded_numbers(
     model: LlamaCpp, name: str, kind: type[Protocol]
@@ -89,22 +92,6 @@ def test_forced_tokens_read_the_recorded_numbers(model: LlamaCpp) -> None:
     prompt, answer, _ = recorded_pairs("llama_server")[0]
     (row,) = Forced(replayed("llama_server"), model.tokenizer).score([Pair(prompt, answer[:2])])
     np.testing.assert_allclose(row, [-8.1381, -1.2561], atol=2e-3)
-
-
-def test_echoed_text_reads_the_recorded_numbers(model: LlamaCpp) -> None:
-    protocol = Echo(replayed("llama_cpp_python"), model.tokenizer)
-    (row,) = protocol.score(recorded_pairs("llama_cpp_python")[:1])
-    np.testing.assert_allclose(row, [-8.3041, -1.2894, -1.6975, -0.3771], atol=1e-3)
-    (row,) = protocol.score([Pair([1, 10813], [115, 244, 10907])])  # the parts of an emoji
-    np.testing.assert_allclose(row, [-17.0, -16.8453, -11.1061], atol=1e-3)
-
-
-def test_echoed_text_that_was_read_as_markup_is_refused(model: LlamaCpp) -> None:
-    protocol = Echo(replayed("llama_cpp_python"), model.tokenizer)
-    prompt, *answer = [1, *model.tokenizer.tokenize("a<|im_end|>b")]
-    for cut in (len(answer) - 1, 0):  # in what is before the answer, and in the answer
-        with pytest.raises(ModelError, match="markup"):
-            protocol.score([Pair([prompt, *answer[:cut]], answer[cut:])])
 
 
 Row = list[float | None]
@@ -206,7 +193,7 @@ def refused(scorer: ServedScorer) -> str:
     assert "\n" not in text
     assert URL in text
     assert "cannot tell how likely given words are" in text
-    assert "Use vLLM, SGLang or a server of llama.cpp" in text
+    assert "Use vLLM or the server of llama.cpp" in text
     return text
 
 

@@ -9,10 +9,10 @@ import pytest
 
 from goalscope.models import Completion
 from goalscope.models.http import Server
-from goalscope.models.served import ServedGenerator
-from goalscope.models.streaming import Streamed
+from goalscope.models.http_answers import Streamed
+from goalscope.models.served_generator import ServedGenerator
 from goalscope.types import ModelError
-from test_served import CONTEXTS, SCHEMA, URL, recording
+from test_served import CONTEXTS, SCHEMA, URL
 
 httpx2 = pytest.importorskip("httpx2", reason="models behind a server need goalscope[remote]")
 
@@ -93,7 +93,7 @@ class Streams:
     def generate(self, **more: Any) -> tuple[Completion, list[str]]:
         told: list[str] = []
         model = ServedGenerator(Server(URL + "#m", transport=httpx2.MockTransport(self)))
-        return model.generate(CONTEXTS[0], heard=told.append, **more), told
+        return model.generate(CONTEXTS[0], on_text=told.append, **more), told
 
 
 GROWS = streamed(ROLE, piece("Six"), piece(" "), piece("eggs \u201c🥚"), piece(None, "stop"), USAGE)
@@ -147,7 +147,7 @@ def test_who_does_not_stream_is_heard_in_the_end() -> None:
     assert ["stream" in body for body in server.bodies] == [True, False]
     model, _ = writing((200, reply("Six eggs.")))  # as if it had not been asked to
     told.clear()
-    assert model.generate(CONTEXTS[0], heard=told.append).text == "Six eggs."
+    assert model.generate(CONTEXTS[0], on_text=told.append).text == "Six eggs."
     assert told == ["Six eggs."]
 
 
@@ -190,12 +190,9 @@ def test_a_server_is_asked_in_its_own_dialect_and_once_it_is_known_at_once() -> 
     assert lengths == [{"max_tokens": 9}, *[{"max_completion_tokens": 9}] * 2]
 
 
-def test_the_recorded_refusal_of_json_schema_leads_to_json_object() -> None:
-    (refusal,) = [
-        (each["status"], each["response"])
-        for each in recording("llama_cpp_python")["exchanges"]
-        if each["name"] == "chat-json_schema"
-    ]
-    generator, sent = writing(refusal, (200, reply('{"item": "milk"}')))
+def test_a_server_that_knows_no_json_schema_is_asked_for_a_json_object() -> None:
+    said = "{'loc': ('body', 'response_format', 'type'), 'msg': \"Input should be 'json_object'\"}"
+    refusal = {"error": {"message": f"1 validation error: {said}"}}
+    generator, sent = writing((500, refusal), (200, reply('{"item": "milk"}')))
     assert generator.generate(CONTEXTS[0], schema=SCHEMA).text == '{"item": "milk"}'
     assert [body["response_format"]["type"] for body in sent] == ["json_schema", "json_object"]

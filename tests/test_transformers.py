@@ -14,7 +14,7 @@ from hypothesis import strategies as st
 
 from goalscope.models.hf_tokenizer import chat_tokenizer
 from goalscope.models.llamacpp import LlamaCpp, embedded_path
-from goalscope.models.packing import batches, pack, parents
+from goalscope.models.packing import batches, pack
 from goalscope.models.scoring import Pair
 from goalscope.models.transformers import Transformers
 from goalscope.models.trie import Trie
@@ -370,7 +370,7 @@ def test_what_is_missing_is_named(tmp_path: Path) -> None:
     with pytest.raises(ModelError, match="no chat template"):
         chat_tokenizer(folder(tmp_path, None))
     (tmp_path / "tokenizer_config.json").write_text("{")
-    with pytest.raises(ModelError, match="no JSON"):
+    with pytest.raises(ModelError, match="is not JSON"):
         chat_tokenizer(tmp_path)
     (tmp_path / "tokenizer.json").write_text("{}")
     with pytest.raises(ModelError, match="cannot be read"):
@@ -406,14 +406,14 @@ def test_packing_computes_every_node_once_after_all_above_it(
     trie = Trie()
     for path in paths:
         trie.add(path)
-    above = parents(trie)
+    above = trie.parents
     known: list[bool] = []
     for parent in above:
         known.append(random.random() < 0.7 and (parent < 0 or known[parent]))
     fresh = [not each or random.random() < 0.2 for each in known]
     done = {node for node, each in enumerate(known) if each}
     while any(fresh):
-        rows = pack(trie, above, fresh, width=width, limit=limit)
+        rows = pack(trie, fresh, width=width, limit=limit)
         assert all(len(row.nodes) <= max(width, limit) for row in rows)
         for batch in batches(rows, tokens=12, known=12):
             for row in batch:

@@ -50,6 +50,8 @@ def test_a_node_lists_the_paths_through_it(paths: list[list[int]]) -> None:
 def test_parents_come_before_children(paths: list[list[int]]) -> None:
     trie, _ = built(paths)
     assert all(nodes == sorted(nodes) for nodes in trie.paths)
+    for nodes in trie.paths:
+        assert [trie.parents[node] for node in nodes] == [-1, *nodes[:-1]]
 
 
 @given(PATHS, st.lists(st.integers(0, 2), max_size=8))

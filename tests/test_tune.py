@@ -5,12 +5,14 @@ from __future__ import annotations
 import json
 import os
 import shutil
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
 from filelock import FileLock
 
 from goalscope.models import tune as tuning
+from goalscope.models.engine import NATIVE
 from goalscope.models.llamacpp import LlamaCpp, embedded_path
 from goalscope.models.native import Running
 from goalscope.models.tune import Trial, Tuning, kept_tunings, split_files, tune, tuned
@@ -23,6 +25,9 @@ def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     monkeypatch.setattr("platformdirs.user_cache_path", lambda _: tmp_path)
     monkeypatch.delenv("GOALSCOPE_TUNE", raising=False)
     return tmp_path / "tuned"
+
+
+BF16 = [Trial("Q4_1", 400, 0.06), Trial("BF16", 800, 0.01)]
 
 
 def never(*_: object) -> None:
@@ -121,26 +126,63 @@ def test_another_processor_or_a_changed_file_is_measured_again(
         patch.setattr(tuning, "processor", lambda: "another one")
         with pytest.raises(AssertionError, match="measured again"):
             tuned(copy, 2, never)
+    with copy.open("r+b") as file:
+        file.seek(-1, os.SEEK_END)
+        file.write(b"x")
     os.utime(copy, ns=(1, 1))
     assert kept_tunings() == []
     with pytest.raises(AssertionError, match="measured again"):
         tuned(copy, 2, never)
 
 
+def test_a_file_of_the_same_content_is_tuned_already(
+    folder: Path, monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    first = keep(monkeypatch, Running(2), BF16)
+    copy = tmp_path / "copy.gguf"
+    shutil.copy(embedded_path(), copy)
+    assert tuned(copy, 2, never) == replace(first, source=copy)
+    monkeypatch.setattr(tuning, "_digest", never)  # which reads it all
+    assert tuned(copy, 2, never).path == first.path
+    assert {each.source for each in kept_tunings()} == {embedded_path().resolve(), copy}
+    assert [*folder.glob("*.gguf")] == [first.path]
+
+
 def test_what_was_kept_for_a_file_goes_once_the_file_is_gone(
     folder: Path, monkeypatch: pytest.MonkeyPatch, tmp_path: Path
 ) -> None:
-    trials = [Trial("Q4_1", 400, 0.06), Trial("BF16", 800, 0.01)]
-    other = tmp_path / "other.gguf"
-    shutil.copy(embedded_path(), other)
+    other = tmp_path / "other-with-more.gguf"
+    other.write_bytes(embedded_path().read_bytes() + b"more")
     for file in (other, None):
-        keep(monkeypatch, Running(2), trials, file)
-    copies = {each.name.partition("-")[0] for each in folder.glob("*.gguf")}
-    assert copies == {"other", "SmolLM2"}
+        kept = keep(monkeypatch, Running(2), BF16, file)
+        kept.path.with_name(f"{kept.path.stem}-with-0123.gguf").touch()
+    assert names(folder) == {("other", 3), ("SmolLM2", 3)}
     other.unlink()
-    kept = keep(monkeypatch, Running(2), trials)
-    assert [each for each in folder.iterdir() if each.name.startswith("other")] == []
+    kept = keep(monkeypatch, Running(2), BF16)
+    assert names(folder) == {("SmolLM2", 3)}
     assert kept.path.is_file()
+
+
+def test_what_was_kept_for_another_version_of_the_engine_goes(
+    folder: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    this = tuning.engine()
+    q8 = [Trial("Q4_1", 400, 0.06), Trial("Q8_0", 900, 0.06)]
+    old, other = (
+        replace(this, version="0.0.1"),
+        replace(this, package=replace(NATIVE, name="other")),
+    )
+    for each, trials in ((old, q8), (other, [q8[0], Trial("F16", 900, 0.0)]), (this, BF16)):
+        monkeypatch.setattr(tuning, "engine", lambda each=each: each)
+        keep(monkeypatch, Running(2), trials)
+    assert len([*folder.glob("*.json")]) == 2  # of the other engine, and of this version
+    assert {each.stem.rpartition("-")[2] for each in folder.glob("*.gguf")} == {"F16", "BF16"}
+
+
+def names(folder: Path) -> set[tuple[str, int]]:
+    """How many files there are for each model."""
+    found = [each.name.partition("-")[0] for each in folder.iterdir() if each.suffix]
+    return {(name, found.count(name)) for name in found}
 
 
 def test_only_what_nobody_reports_is_logged(
@@ -165,7 +207,7 @@ def test_a_file_is_known_by_its_real_place(
     keep(monkeypatch, Running(2), [Trial("Q4_1", 400, 0.06)], link)
     link.unlink()
     other = tmp_path / "other.gguf"
-    shutil.copy(embedded_path(), other)
+    other.write_bytes(embedded_path().read_bytes() + b"more")
     link.symlink_to(other)
     with pytest.raises(AssertionError, match="measured again"):
         tuned(link, 2, never)

@@ -70,7 +70,7 @@ class Writer:
         """See `goalscope.dialog.Asker`; "" if the question is too unlikely to be sensible."""
         shown = recent(self.model, turns, _TURNS)
         prompt = question_prompt(task, shown, done, goals)
-        reply = self.model.generate(prompt, max_tokens=_MOST_TOKENS["question"], heard=on_text)
+        reply = self.model.generate(prompt, max_tokens=_MOST_TOKENS["question"], on_text=on_text)
         line = " ".join(reply.text.split("\n")[0].split())
         sure = reply.log_probability is None or reply.log_probability > _SURE
         return line if sure and reply.finish != "length" and line.endswith("?") else ""

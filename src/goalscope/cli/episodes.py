@@ -218,6 +218,7 @@ def run(
     """Run episodes with a simulated person, and score the outcome."""
     from goalscope.display import show_scores
     from goalscope.domains import profile_named, profiles_of
+    from goalscope.models.opening import forget
     from goalscope.session import Session
     from goalscope.store import Store
 
@@ -259,6 +260,7 @@ def run(
         _printed_at_the_end(scored, as_json),
     ):
         for person in people:
+            forget(engine)  # so that each scores as it does alone
             with _environment(settings, person) as env:
                 session = Session(episodes, settings, env, engine, profile=person.name)
                 file = picture and picture.with_stem(f"{picture.stem}-{person.name}")

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import json
+import os
+import shutil
 from dataclasses import asdict
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, cast
@@ -22,6 +24,7 @@ PACKAGES = (
     *("goalscope", "numpy", "wordllama"),
     *("httpx2", "tokenizers", "huggingface-hub", "torch", "transformers"),
 )
+_COMPILERS = ("c++", "g++", "clang++", "cl")
 models = typer.Typer(
     no_args_is_help=True,
     rich_markup_mode=None,
@@ -136,6 +139,7 @@ def doctor(
     from goalscope.calibrations import known_calibration
     from goalscope.extras import EXTRAS, remedy
     from goalscope.likelihood import DEFAULT_LAYOUT
+    from goalscope.models.adapters import lost_adapters
     from goalscope.models.check import check as check_model
     from goalscope.models.opening import parts
     from goalscope.models.tune import processor
@@ -149,10 +153,15 @@ def doctor(
             extra = EXTRAS.get(package)
             wanted = remedy(extra) if extra else f"`pip install {package}`"
             report[package] = f"missing ({'optional: ' if extra else ''}{wanted})"
-    problems: list[str] = []
+    problems = [
+        f"{path} is missing, and the embedded model does its work less well without it. Install "
+        "goalscope again."
+        for path in lost_adapters()
+    ]
     try:
         with opened_model(model_names(model, generator, scorer, tokenizer, adapter)) as engine:
-            found, problems = check_model(engine)
+            found, wrong = check_model(engine)
+            problems += wrong
             report |= found
             made, origin = known_calibration(parts(engine)[1], DEFAULT_LAYOUT, end_of_turn=False)
             prior_unspecified = (
@@ -206,9 +215,11 @@ def _engine(model: LlamaCpp, runs: Engine) -> str:
     from goalscope.models.engine import NATIVE, READY
 
     if runs.package != NATIVE:
+        found = any(map(shutil.which, filter(None, (os.environ.get("CXX"), *_COMPILERS))))
+        first = "" if found else "install a C++ compiler (Debian's package g++) first, then "
         return (
             f"{runs.name}, ready-built; one compiled for this processor can be faster: "
-            f"{remedy('native')}, with a C++ compiler"
+            f"{first}{remedy('native')}"
         )
     told = f"{runs.name}, compiled for this processor"
     if not READY.library:

@@ -15,7 +15,7 @@ from goalscope.envs.grocery import GroceryShop
 from goalscope.experiment.identity import hashes_of, identity_of, opened, person_of
 from goalscope.judge import judge, possible_actions
 from goalscope.models import OpenModel
-from goalscope.models.opening import MODEL_KEYS, parts
+from goalscope.models.opening import MODEL_KEYS, forget
 from goalscope.rounds_json import round_to_json
 from goalscope.session import Session
 from goalscope.store import Store
@@ -47,10 +47,7 @@ def perform(task: Mapping[str, Any]) -> dict[str, Any]:
 def measure(spec: Mapping[str, Any]) -> dict[str, Any]:
     """Measure a cell with an empty cache, so that the order of cells does not matter."""
     model = opened(spec["model"])
-    for part in parts(model):
-        forget = getattr(part, "clear_cache", None)
-        if forget:
-            forget()
+    forget(model)
     return KINDS[spec["kind"]](model, spec)
 
 

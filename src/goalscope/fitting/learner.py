@@ -16,7 +16,6 @@ import numpy as np
 from goalscope.extras import package
 from goalscope.likelihood import RolePlay
 from goalscope.models.adapters import ARCHITECTURES, MODULES, Adapter
-from goalscope.models.packing import parents
 from goalscope.models.transformers import Transformers
 from goalscope.models.trie import Trie
 from goalscope.types import Goal, GoalscopeError, ModelError, Turn
@@ -231,7 +230,7 @@ def _place(name: str) -> tuple[int, str] | None:
 def _ancestors(trie: Trie) -> Any:
     """[nodes, nodes] whether each node attends to another: to itself and what leads to it."""
     sees = np.eye(len(trie), dtype=bool)
-    for node, parent in enumerate(parents(trie)):
+    for node, parent in enumerate(trie.parents):
         if parent >= 0:
             sees[node] |= sees[parent]
     return sees

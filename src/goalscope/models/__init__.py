@@ -29,10 +29,10 @@ __all__ = [
 Array = npt.NDArray[np.float64]
 
 CLOSED = "This model is closed; open it again with open_model(...)."
-"""Said where a model is asked for anything after its `close`."""
+"""The error of any call after `close`."""
 
 OnText = Callable[[str], None]
-"""Is told a text as it grows: all of it so far, each time."""
+"""Called with a text as it grows: all of it so far, each time."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -89,7 +89,7 @@ class Generator(LanguageModel, Protocol):
         stop: Sequence[str] = (),
         schema: Mapping[str, Any] | None = None,
         grammar: str | None = None,
-        heard: OnText | None = None,
+        on_text: OnText | None = None,
     ) -> Completion:
         """Write the assistant's next message.
 
@@ -101,8 +101,8 @@ class Generator(LanguageModel, Protocol):
             stop: Strings that end the reply; they are not part of it.
             schema: JSON schema that the reply must satisfy.
             grammar: Rules of the reply in place of a schema, in llama.cpp's GBNF.
-            heard: Is told the reply as it is written, as far as that is sure to stay; once, in the
-                end, by a model that cannot do better.
+            on_text: Called with the reply as it is written, as far as that will not change; only
+                at the end by a model that does not stream.
 
         Raises:
             ModelError: The messages do not fit the context, or the model failed, or takes no

@@ -27,6 +27,7 @@ __all__ = [
     "Adapter",
     "adapter_file",
     "adapter_metadata",
+    "lost_adapters",
     "read_adapter",
     "shipped",
     "write_adapter",
@@ -102,8 +103,18 @@ def shipped(name: str = "general") -> Path | None:
         name: "general" for the likelihood of people's words, "reader" for reading, "writer" for
             goals, needs and questions.
     """
-    path = Path(__file__).parent / name / "adapter.gguf"
+    path = _shipped_path(name)
     return path if path.is_file() else None
+
+
+def lost_adapters() -> list[Path]:
+    """Files of adapters that came with goalscope and are there no more."""
+    paths = map(_shipped_path, ("general", "reader", "writer"))
+    return [path for path in paths if not path.is_file()]
+
+
+def _shipped_path(name: str) -> Path:
+    return Path(__file__).parent / name / "adapter.gguf"
 
 
 def adapter_file(name: str | Path) -> Path:
@@ -179,8 +190,8 @@ def read_adapter(path: Path, config: Any) -> Adapter:
     architecture = fields.get("general.architecture")
     if fields.get("adapter.type") != "lora" or architecture != ARCHITECTURES.get(config.model_type):
         raise ModelError(
-            f"{path} is no LoRA adapter for {config.model_type} models. Take the model that it was "
-            "fitted on, or fit one on this model with `goalscope fit`."
+            f"{path} is not a LoRA adapter for {config.model_type} models. Take the model that it "
+            "was fitted on, or fit one on this model with `goalscope fit`."
         )
     names = {gguf_name: name for name, gguf_name in MODULES.items()}
     found: dict[tuple[int, str], dict[str, Floats]] = {}
@@ -221,7 +232,7 @@ def _opened(path: Path) -> tuple[Any, dict[str, Any]]:
         reader: Any = GGUF(path)
         return reader, {name: each.contents() for name, each in reader.fields.items()}
     except (OSError, ValueError, IndexError) as error:
-        raise ModelError(f"{path} is no complete GGUF file ({error}).") from None
+        raise ModelError(f"{path} is not a complete GGUF file ({error}).") from None
 
 
 def _heads(architecture: str, name: str, config: Any) -> int | None:

@@ -53,7 +53,7 @@ class CachedModel:
             (tables,) = self._db.execute("SELECT count(*) FROM sqlite_master").fetchone()
             if found != _APPLICATION_ID and tables:
                 self._db.close()
-                raise InvalidInputError(f"{self.file} is no cache of model calls. Name another.")
+                raise InvalidInputError(f"{self.file} is not a cache of model calls. Name another.")
             self._db.execute("PRAGMA journal_mode = WAL")
             self._db.execute(f"PRAGMA application_id = {_APPLICATION_ID}")
             self._db.execute(
@@ -96,7 +96,7 @@ class CachedModel:
         stop: Sequence[str] = (),
         schema: Mapping[str, Any] | None = None,
         grammar: str | None = None,
-        heard: OnText | None = None,
+        on_text: OnText | None = None,
     ) -> Completion:
         """See `Generator.generate`."""
         settings: dict[str, Any] = {
@@ -109,10 +109,10 @@ class CachedModel:
         key = self._key("generate", messages, settings)
         answer = self._find(key)
         if answer is None:
-            answer = asdict(self.model.generate(messages, **settings, heard=heard))
+            answer = asdict(self.model.generate(messages, **settings, on_text=on_text))
             self._keep({key: answer})
-        elif heard:
-            heard(answer["text"])
+        elif on_text:
+            on_text(answer["text"])
         written = Completion(**answer)
         return replace(written, margins=written.margins and tuple(written.margins))
 

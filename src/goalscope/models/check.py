@@ -1,4 +1,4 @@
-"""Is a model fit for its work? What `goalscope doctor` and `goalscope models check` find out."""
+"""The checks of a model by `goalscope doctor` and `goalscope models check`."""
 
 from __future__ import annotations
 
@@ -51,7 +51,7 @@ def _try_scoring(model: Any, found: dict[str, Any], problems: list[str]) -> None
     found["self-test error (nats)"] = max(test.generation_error, test.batch_error)
     found["true over scrambled (nats a token)"] = test.preference
     if not test.passed:
-        problems.append(test.complaint)
+        problems.append(f"{model.describe()}: {test.complaint} {model.remedy}")
     model.clear_cache()
     goals = [f"You want {thing}." for thing in ("milk", "a cake", "soup", "tea", "bread")]
     contexts = [[Message("system", goal), *_CHAT[1:]] for goal in goals]

@@ -7,9 +7,7 @@ import logging
 import os
 import shutil
 import tempfile
-from collections.abc import Mapping
 from pathlib import Path
-from types import MappingProxyType
 from typing import Any
 
 import gguf
@@ -75,7 +73,7 @@ def merged(source: Path, adapter: Path, folder: Path) -> Path:
         if not target.is_file():
             part = Path(work, target.name)
             try:
-                _write(source, part, gguf.GGMLQuantizationType.Q8_0, _changes(adapter))
+                _write(source, part, gguf.GGMLQuantizationType.Q8_0, adapter)
             except (ValueError, KeyError, IndexError, NotImplementedError) as error:
                 raise ModelError(f"{adapter} cannot be merged into {source} ({error}).") from None
             os.replace(part, target)
@@ -106,10 +104,14 @@ def _write(
     source: Path,
     target: Path,
     weights: gguf.GGMLQuantizationType,
-    changes: Mapping[str, Floats] = MappingProxyType({}),
+    adapter: Path | None = None,
 ) -> None:
-    """Copy a file with its matrices of one type, and something added to some of them."""
+    """Copy a file with its matrices of one type, and what an adapter adds to some of them.
+
+    One tensor after another is in memory.
+    """
     reader = GGUF(source)
+    changes = _Changes(adapter) if adapter else None
     writer = gguf.GGUFWriter(target, str(reader.fields["general.architecture"].contents()))
     for name, each in reader.fields.items():
         if name not in _OWN and not name.startswith("GGUF."):
@@ -117,34 +119,55 @@ def _write(
             inner = each.types[-1] if kind == gguf.GGUFValueType.ARRAY else None
             writer.add_key_value(name, each.contents(), kind, sub_type=inner)
     writer.add_file_type(_FILE_TYPES[weights])
-    left = dict(changes)
+    converted = {
+        each.name: each.data.ndim > 1 and each.shape[0] % _BLOCK == 0 for each in reader.tensors
+    }
+    if changes and (lost := changes.names - {name for name, each in converted.items() if each}):
+        raise KeyError(f"nothing can be added to {min(lost)}")
+    block, size = gguf.GGML_QUANT_SIZES[weights]
     for tensor in reader.tensors:
-        data: Any = tensor.data
-        kind = tensor.tensor_type
-        if tensor.data.ndim > 1 and tensor.shape[0] % _BLOCK == 0:
-            plain = gguf.dequantize(tensor.data, kind).astype(np.float32)
-            if tensor.name in left:
-                plain = plain + left.pop(tensor.name)
-            data, kind = gguf.quantize(np.ascontiguousarray(plain), weights), weights
-        writer.add_tensor(tensor.name, data, raw_dtype=kind)
-    if left:
-        raise KeyError(f"nothing can be added to {min(left)}")
+        if converted[tensor.name]:
+            shape = [int(each) for each in reversed(tensor.shape)]
+            count = int(tensor.n_elements) // block * size
+            writer.add_tensor_info(tensor.name, shape, np.dtype(np.float32), count, weights)
+        else:
+            data: Any = tensor.data
+            writer.add_tensor_info(
+                tensor.name, data.shape, data.dtype, data.nbytes, tensor.tensor_type
+            )
     writer.write_header_to_file()
     writer.write_kv_data_to_file()
-    writer.write_tensors_to_file()
+    writer.write_ti_data_to_file()
+    for tensor in reader.tensors:
+        data = tensor.data
+        if converted[tensor.name]:
+            with np.errstate(all="ignore"):  # of weights that are damaged
+                plain = gguf.dequantize(data, tensor.tensor_type).astype(np.float32)
+                if changes and tensor.name in changes.names:
+                    plain = plain + changes.of(tensor.name)
+                data = gguf.quantize(np.ascontiguousarray(plain), weights)
+        writer.write_tensor_data(data)
     writer.close()
 
 
-def _changes(adapter: Path) -> dict[str, Floats]:
-    """What the adapter adds to each tensor, by its name."""
-    reader = GGUF(adapter)
-    factors: dict[str, dict[str, Floats]] = {}
-    for tensor in reader.tensors:
-        name, _, letter = tensor.name.rpartition(".lora_")
-        weights = gguf.dequantize(tensor.data, tensor.tensor_type).astype(np.float32)
-        factors.setdefault(name, {})[letter] = weights
-    alpha = float(reader.fields["adapter.lora.alpha"].contents())
-    return {
-        name: (alpha / pair["a"].shape[0]) * (pair["b"] @ pair["a"])
-        for name, pair in factors.items()
-    }
+class _Changes:
+    """What an adapter adds to the tensors of a model.
+
+    Attributes:
+        names: Of the tensors.
+    """
+
+    def __init__(self, adapter: Path) -> None:
+        reader = GGUF(adapter)
+        self._factors: dict[str, dict[str, Floats]] = {}
+        for tensor in reader.tensors:
+            name, _, letter = tensor.name.rpartition(".lora_")
+            weights = gguf.dequantize(tensor.data, tensor.tensor_type).astype(np.float32)
+            self._factors.setdefault(name, {})[letter] = weights
+        self._alpha = float(reader.fields["adapter.lora.alpha"].contents())
+        self.names = self._factors.keys()
+
+    def of(self, name: str) -> Floats:
+        """What is added to a tensor, scale * B A."""
+        pair = self._factors[name]
+        return (self._alpha / pair["a"].shape[0]) * (pair["b"] @ pair["a"])

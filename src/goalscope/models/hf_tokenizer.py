@@ -122,7 +122,7 @@ def _file(model: str | Path, name: str) -> Path | None:
 
 
 def _fetched(model: str, name: str) -> str:
-    """Where a file of the hub's is kept. A hub that cannot be reached is tried but once."""
+    """The local path of a hub file. A hub that cannot be reached is tried only once."""
     hub, errors = package("huggingface_hub"), package("huggingface_hub.errors")
     try:
         return hub.hf_hub_download(model, name, local_files_only=True)
@@ -142,7 +142,7 @@ def _json(model: str | Path, name: str) -> dict[str, Any]:
     try:
         data: Any = json.loads(path.read_text(encoding="utf-8"))
     except ValueError as error:
-        raise ModelError(f"{path} is no JSON ({error}). Download the model again.") from None
+        raise ModelError(f"{path} is not JSON ({error}). Download the model again.") from None
     return cast("dict[str, Any]", data) if isinstance(data, dict) else {}
 
 

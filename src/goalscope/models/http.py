@@ -15,8 +15,13 @@ from urllib.parse import urlsplit
 
 from goalscope.extras import package
 from goalscope.models import OnText
-from goalscope.models.http_errors import codes_of, failed, message_of, seconds_asked
-from goalscope.models.streaming import Streamed
+from goalscope.models.http_answers import (
+    Streamed,
+    codes_of,
+    failed,
+    message_of,
+    seconds_asked,
+)
 from goalscope.types import InvalidInputError, ModelError, pluralize
 
 if TYPE_CHECKING:
@@ -138,7 +143,7 @@ class Server:
             self._client = httpx2.Client(base_url=base.rstrip("/") + "/", transport=transport)
         except (ValueError, httpx2.InvalidURL) as error:
             raise InvalidInputError(
-                f"{base.rpartition('@')[2]} is no address of a model server ({error}). "
+                f"{base.rpartition('@')[2]} is not the address of a model server ({error}). "
                 "Write it like http://localhost:8000/v1#model-name."
             ) from None
         self.url = f"{parts.scheme}://{parts.netloc}{parts.path.rstrip('/')}"
@@ -186,6 +191,16 @@ class Server:
         lasting = {k: v for k, v in self.facts.items() if k not in ("created", "permission")}
         return f"{self.url} {self.model} {json.dumps(lasting, sort_keys=True)}"
 
+    @property
+    def context_size(self) -> int:
+        """Most tokens of a prompt and its reply, by what servers list of a model; else 8192."""
+        meta: Any = self.facts.get("meta") or {}
+        known = (self.facts.get("max_model_len"), self.facts.get("context_length"))
+        for size in (*known, meta.get("n_ctx")):
+            if isinstance(size, int) and size > 1:
+                return size
+        return 8192
+
     def get(self, path: str) -> Any:
         """The JSON at a path.
 
@@ -200,7 +215,7 @@ class Server:
         body: Mapping[str, Any],
         *,
         attempts: int = ATTEMPTS,
-        heard: OnText | None = None,
+        on_text: OnText | None = None,
     ) -> Any:
         """Send JSON to a path; one that begins with "/" is the server's, not the API's.
 
@@ -208,14 +223,14 @@ class Server:
             path: The path.
             body: The JSON.
             attempts: How often to try.
-            heard: Is told a chat completion as it grows, where it comes as a stream; in another
-                thread, and from its beginning in another attempt.
+            on_text: Called with a chat completion as it grows, where the server streams it; from
+                another thread, and from the beginning again with each attempt.
 
         Raises:
             Refusal: The server refused it.
             ModelError: There was no usable answer.
         """
-        return self._call("POST", path, body, attempts, heard)
+        return self._call("POST", path, body, attempts, on_text)
 
     def close(self) -> None:
         """Close the connections."""
@@ -227,7 +242,7 @@ class Server:
         path: str,
         body: Mapping[str, Any] | None,
         attempts: int,
-        heard: OnText | None = None,
+        on_text: OnText | None = None,
     ) -> Any:
         import tenacity
 
@@ -244,7 +259,7 @@ class Server:
                 with attempt:
                     self.usage.retries += tried > 0
                     tried += 1
-                    return self._once(method, path, body, deadline, heard)
+                    return self._once(method, path, body, deadline, on_text)
         except _Trouble as trouble:
             wait = f" It asks to wait {trouble.wait:.0f} s." if trouble.wait else ""
             times = "once" if tried == 1 else f"{tried} times"
@@ -257,13 +272,13 @@ class Server:
         path: str,
         body: Mapping[str, Any] | None,
         deadline: float,
-        heard: OnText | None,
+        on_text: OnText | None,
     ) -> Any:
         import httpx2
 
         self.usage.requests += 1
         try:
-            return self._read(path, *self._in_time(method, path, body, deadline, heard))
+            return self._read(path, *self._in_time(method, path, body, deadline, on_text))
         except (TimeoutError, httpx2.TimeoutException):
             raise _Trouble(
                 f"{self.url} did not answer in time ({self._timeout:.0f} s of silence, "
@@ -286,12 +301,12 @@ class Server:
         path: str,
         body: Mapping[str, Any] | None,
         deadline: float,
-        heard: OnText | None,
+        on_text: OnText | None,
     ) -> tuple[httpx2.Response, bytes]:
         """The answer, in a thread that is left alone at the deadline: HTTPX bounds but silences."""
         seconds = max(0.1, deadline - time.monotonic())
         future: Future[tuple[httpx2.Response, bytes]] = Future()
-        streamed = heard and Streamed(heard)
+        streamed = on_text and Streamed(on_text)
 
         def work() -> None:
             try:

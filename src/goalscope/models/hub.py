@@ -49,7 +49,9 @@ def pull(repository: str, file: str | None = None) -> Path:
     except EntryNotFoundError:
         raise InvalidInputError(f"{repository} has no file {file}.") from None
     except HFValidationError as error:
-        raise InvalidInputError(f"{repository} is no name of a repository ({error}).") from None
+        raise InvalidInputError(
+            f"{repository} is not the name of a repository ({error})."
+        ) from None
     except HfHubHTTPError as error:
         status = getattr(error.response, "status_code", None)
         if status in (401, 403, 404):

@@ -5,10 +5,9 @@ from __future__ import annotations
 import hashlib
 import os
 import weakref
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from itertools import chain
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
@@ -17,15 +16,8 @@ from goalscope.models.adapters import adapter_metadata
 from goalscope.models.copies import merged
 from goalscope.models.engine import Engine
 from goalscope.models.local import LocalModel, synchronized
-from goalscope.models.native import MAX_PATHS, KVCache, Weights
-from goalscope.models.sampling import (
-    Grammar,
-    LlamaGrammar,
-    LLGuidanceGrammar,
-    Logits,
-    gguf_vocabulary,
-    log_prob,
-)
+from goalscope.models.native import DOWNLOAD_AGAIN, MAX_PATHS, KVCache, Weights
+from goalscope.models.sampling import Logits, log_prob
 from goalscope.models.scoring import Pair
 from goalscope.models.trie import Trie
 from goalscope.models.tune import prompt_seconds, split_files, tuned
@@ -43,7 +35,7 @@ _CACHE_BYTES = 1 << 30  # of all caches, besides what a computation needs
 
 
 class LlamaCpp(LocalModel):
-    """A GGUF model that tells how likely words are, and writes; see `LocalModel`.
+    """A GGUF model that scores words and writes; see `LocalModel`.
 
     Attributes:
         tuning: The file that was loaded, and how it is run.
@@ -70,8 +62,8 @@ class LlamaCpp(LocalModel):
                 trained on.
             threads: Most processor threads; as many as the processors that this process may use if
                 None.
-            report: Told what is tried, and the share of it that is done, where the file's first
-                use has to find out how it runs fastest.
+            report: Called with what is tried and the share that is done, where the first use of a
+                file has to measure how it runs fastest.
 
         Raises:
             ModelError: The file is missing or is no complete chat model, or the engine is missing.
@@ -81,7 +73,7 @@ class LlamaCpp(LocalModel):
         self.tuning = tuned(source, threads or processors(), report)
         self.adapter = Path(adapter) if adapter is not None else None
         whole = self._merged() if merge else None
-        self._weights = Weights(whole or self.tuning.path)
+        self._weights = Weights(whole or self.tuning.path, remedy=self.remedy)
         if self.adapter is not None and not whole:
             self._weights.adapt(self.adapter)
         self.adapter_metadata = adapter_metadata(self.adapter) if self.adapter else {}
@@ -97,7 +89,6 @@ class LlamaCpp(LocalModel):
         self._context_size = min(context_size, trained)
         self.tokenizer = self._weights.chat_tokenizer()
         self._writing = self._caches[0]
-        self._guide: Any = None
         self._logits = np.empty(self._weights.vocab_size, np.float32)
 
     def _merged(self) -> Path | None:
@@ -110,9 +101,22 @@ class LlamaCpp(LocalModel):
             return None
 
     @property
+    def remedy(self) -> str:
+        """See `LocalModel.remedy`."""
+        if self.tuning.path != self.tuning.source:
+            return f"Delete the copies in {self.tuning.path.parent}: goalscope makes them again."
+        is_own = self.tuning.source == embedded_path()
+        return "Install goalscope again." if is_own else DOWNLOAD_AGAIN
+
+    @property
     def context_size(self) -> int:
         """Most tokens that one pair (context and continuation) may have."""
         return self._context_size
+
+    @property
+    def vocabulary(self) -> Weights:
+        """See `LocalModel.vocabulary`."""
+        return self._weights
 
     @property
     def path(self) -> Path:
@@ -162,9 +166,9 @@ class LlamaCpp(LocalModel):
 
     @synchronized
     def clear_cache(self) -> None:
-        """Forget all cached prompts; results stay the same, the next calls take longer."""
+        """Forget all cached prompts, so that the next calls answer as those of a new model do."""
         for cache in self._caches:
-            cache.clear()
+            cache.free()
 
     def free(self) -> None:
         """See `LocalModel.free`."""
@@ -187,13 +191,6 @@ class LlamaCpp(LocalModel):
         """See `LocalModel.push`."""
         self._writing.push(token, lambda _, row: np.copyto(self._logits, row))
         return self._logits
-
-    def grammar(self, rules: Mapping[str, Any] | str) -> Grammar:
-        """See `LocalModel.grammar`."""
-        if isinstance(rules, str):
-            return LlamaGrammar(self._weights, rules)
-        self._guide = self._guide or gguf_vocabulary(self._weights)
-        return LLGuidanceGrammar(self._guide, rules)
 
     @synchronized
     def prompt_seconds(

@@ -12,7 +12,16 @@ from typing import Any, TypeVar, cast
 import numpy as np
 
 from goalscope.models import CLOSED, Array, Completion, OnText, unfinished_json
-from goalscope.models.sampling import Grammar, Logits, choose, log_prob
+from goalscope.models.native import Weights
+from goalscope.models.sampling import (
+    Grammar,
+    LlamaGrammar,
+    LLGuidanceGrammar,
+    Logits,
+    choose,
+    gguf_vocabulary,
+    log_prob,
+)
 from goalscope.models.scoring import TokenScorer
 from goalscope.types import Message, ModelError
 
@@ -61,6 +70,7 @@ class LocalModel(TokenScorer):
 
     def __init__(self) -> None:
         self.busy, self.closed = RLock(), False
+        self._guide: Any = None
 
     count_tokens = synchronized(TokenScorer.count_tokens)
     token_logprobs = synchronized(TokenScorer.token_logprobs)
@@ -72,6 +82,11 @@ class LocalModel(TokenScorer):
             if not self.closed:
                 self.closed = True
                 self.free()
+
+    @property
+    def remedy(self) -> str:
+        """What to do where the weights are damaged."""
+        return "Download them again, or choose another model."
 
     @abstractmethod
     def free(self) -> None:
@@ -85,9 +100,27 @@ class LocalModel(TokenScorer):
     def push(self, token: int) -> Logits:
         """Logits [vocabulary] after one more token than at the last `read` or `push`."""
 
+    @property
     @abstractmethod
+    def vocabulary(self) -> Weights | None:
+        """The GGUF file that the tokens are from; None if from another kind of file."""
+
+    @synchronized
     def grammar(self, rules: Mapping[str, Any] | str) -> Grammar:
-        """A JSON schema, or rules in GBNF, as a filter of next tokens."""
+        """A JSON schema, or rules in GBNF, as a filter of next tokens.
+
+        Raises:
+            ModelError: They cannot be turned into one.
+        """
+        if self.vocabulary is not None and isinstance(rules, str):
+            return LlamaGrammar(self.vocabulary, rules)  # llguidance forbids some of it
+        self._guide = self._guide or self.guide()
+        return LLGuidanceGrammar(self._guide, rules)
+
+    def guide(self) -> Any:
+        """The tokens as an `llguidance.LLTokenizer`."""
+        assert self.vocabulary is not None
+        return gguf_vocabulary(self.vocabulary)
 
     @synchronized
     def generate(
@@ -100,7 +133,7 @@ class LocalModel(TokenScorer):
         stop: Sequence[str] = (),
         schema: Mapping[str, Any] | None = None,
         grammar: str | None = None,
-        heard: OnText | None = None,
+        on_text: OnText | None = None,
     ) -> Completion:
         """Write the assistant's next message; see `Generator.generate`.
 
@@ -121,6 +154,8 @@ class LocalModel(TokenScorer):
         text, written, finish, told = "", list[int](), "length", ""
         logits = self.read(prompt, room)
         while len(written) < room:
+            if not np.isfinite(logits.max()):
+                raise ModelError(f"The weights are damaged: {self.describe()}. {self.remedy}")
             token, lead = choose(logits, temperature, random, form)
             total += log_prob(logits, token)
             if self.tokenizer.is_control(token):
@@ -135,14 +170,14 @@ class LocalModel(TokenScorer):
             if cuts:
                 text, finish = text[: min(cuts)], "stop"
                 break
-            if heard and len(sure := _sure(text, stop)) > len(told):
-                heard(told := sure)
+            if on_text and len(sure := _sure(text, stop)) > len(told):
+                on_text(told := sure)
             if len(written) < room:
                 logits = self.push(token)
         if form is not None and finish == "length":
             raise unfinished_json(room)
-        if heard and text != told:
-            heard(text)
+        if on_text and text != told:
+            on_text(text)
         return Completion(text, finish, len(prompt), len(written), total, tuple(margins))
 
     @synchronized

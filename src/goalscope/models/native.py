@@ -7,7 +7,7 @@ import os
 import weakref
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
-from functools import partial
+from functools import cached_property, partial
 from pathlib import Path
 from typing import Any, cast
 
@@ -20,10 +20,13 @@ from goalscope.models.engine import ALL_F32, CONTROL, USER_DEFINED, Batch, Engin
 from goalscope.models.trie import Trie
 from goalscope.types import ModelError
 
-__all__ = ["MAX_PATHS", "KVCache", "Running", "Weights"]
+__all__ = ["DOWNLOAD_AGAIN", "MAX_PATHS", "KVCache", "Running", "Weights"]
 
 MAX_PATHS = 64
 """Most paths of one tree; its memory grows with it, and llama.cpp allows no more than 128."""
+
+DOWNLOAD_AGAIN = "Download it again, or choose another file."
+"""What to do with a damaged model file."""
 
 _OUTPUTS = 256  # most logits rows of one batch; at least 2 * MAX_PATHS, as llama.cpp demands
 _F32, _F16 = 0, 1  # ggml types
@@ -48,9 +51,20 @@ class Weights:
     """A GGUF file in memory."""
 
     def __init__(
-        self, path: Path, *, vocabulary_only: bool = False, by: Engine | None = None
+        self,
+        path: Path,
+        *,
+        vocabulary_only: bool = False,
+        by: Engine | None = None,
+        remedy: str = DOWNLOAD_AGAIN,
     ) -> None:
-        """Load `path`, or but its tokenizer, by this process's engine or another one.
+        """Load a file.
+
+        Args:
+            path: The file.
+            vocabulary_only: Whether only its tokenizer is needed.
+            by: The engine; this process's if None.
+            remedy: What to do where the file is damaged.
 
         Raises:
             ModelError: The file is missing, or is not a complete GGUF model.
@@ -71,9 +85,7 @@ class Weights:
             self.lib.llama_model_load_from_file(os.fsencode(path), params) if is_gguf else None
         )
         if not model:
-            raise ModelError(
-                f"{path} is not a complete GGUF model. Download it again, or choose another file."
-            )
+            raise ModelError(f"{path} is not a complete GGUF model. {remedy}")
         self._free = weakref.finalize(self, self.lib.llama_model_free, model)
         self._model, self._vocab = model, self.lib.llama_model_get_vocab(model)
         self.adapter: Any = None
@@ -106,8 +118,8 @@ class Weights:
         self.adapter = self.lib.llama_adapter_lora_init(self.model, os.fsencode(path))
         if not self.adapter:
             raise ModelError(
-                f"{path} is no adapter for {self.metadata('general.name') or self.path}. Take the "
-                "model that it was fitted on, or fit one on this model with `goalscope fit`."
+                f"{path} is not an adapter for {self.metadata('general.name') or self.path}. Take "
+                "the model that it was fitted on, or fit one on this model with `goalscope fit`."
             )
 
     def free(self) -> None:
@@ -131,13 +143,16 @@ class Weights:
         """Whether the weights are F32, so that the rest is to be computed in F32 too."""
         return bool(self.lib.llama_model_ftype(self.model) == ALL_F32)
 
-    @property
+    @cached_property
     def kv_bytes(self) -> int:
         """Bytes of keys and values that one cached token takes."""
         lib, model = self.lib, self.model
-        head = lib.llama_model_n_embd(model) // lib.llama_model_n_head(model)
-        width = head * lib.llama_model_n_head_kv(model)
-        return 2 * lib.llama_model_n_layer(model) * width * (4 if self.exact else 2)
+        usual = lib.llama_model_n_embd(model) // lib.llama_model_n_head(model)
+        own = f"{self.metadata('general.architecture')}.attention"
+        lengths = (self.metadata(f"{own}.{each}_length") for each in ("key", "value"))
+        heads = lib.llama_model_n_layer(model) * lib.llama_model_n_head_kv(model)
+        size = 4 if self.exact else 2
+        return heads * size * sum(int(each or usual) for each in lengths)
 
     def metadata(self, key: str) -> str | None:
         """Value of a key of the GGUF file, as text; None if it has no such key."""
@@ -335,7 +350,7 @@ class KVCache:
         if told != asked:
             self.free()
             raise ModelError(
-                f"{self._weights.engine.name} takes its settings for others ({told} for {asked}). "
+                f"{self._weights.engine.name} misreads its settings ({told} for {asked}). "
                 f"Install the version {self._weights.engine.package.tried}."
             )
         self._cells = params.n_ctx

@@ -9,7 +9,7 @@ from typing import Any
 from goalscope.extras import package
 from goalscope.models.trie import Trie
 
-__all__ = ["ROOT", "PrefixStore", "Row", "batches", "pack", "parents"]
+__all__ = ["ROOT", "PrefixStore", "Row", "batches", "pack"]
 
 ROOT = 0
 """Key of the empty prefix in a `PrefixStore`."""
@@ -28,17 +28,7 @@ class Row:
     nodes: list[int]
 
 
-def parents(trie: Trie) -> list[int]:
-    """The parent of each node, -1 where it has none."""
-    result: list[int] = []
-    for depth, through in zip(trie.depths, trie.through, strict=True):
-        result.append(trie.paths[through[0]][depth - 1] if depth else -1)
-    return result
-
-
-def pack(
-    trie: Trie, above: Sequence[int], fresh: Sequence[bool], *, width: int, limit: int
-) -> list[Row]:
+def pack(trie: Trie, fresh: Sequence[bool], *, width: int, limit: int) -> list[Row]:
     """Rows of nodes that can be computed now.
 
     Whole subtrees share a row if they have the same trunk. Of one that is wider than a row, what
@@ -46,7 +36,6 @@ def pack(
 
     Args:
         trie: The tree.
-        above: The parent of each node.
         fresh: Whether a node is still to be computed; above each other node, all are known.
         width: Most nodes of a row.
         limit: Most nodes of a row that is one unbranched path.
@@ -55,11 +44,11 @@ def pack(
     nodes = [node for node, each in enumerate(fresh) if each]
     size = [0] * len(trie)
     for node in nodes:
-        below.setdefault(above[node], []).append(node)
+        below.setdefault(trie.parents[node], []).append(node)
     for node in reversed(nodes):
         size[node] += 1
-        if above[node] >= 0:
-            size[above[node]] += size[node]
+        if trie.parents[node] >= 0:
+            size[trie.parents[node]] += size[node]
     rows: list[Row] = []
     for end, branches in below.items():
         if end >= 0 and fresh[end]:

@@ -166,6 +166,11 @@ class TokenScorer(ABC):
     def close(self) -> None:
         """Give back what the model holds."""
 
+    @property
+    def remedy(self) -> str:
+        """What to do where the model's answers cannot be log-probabilities."""
+        return "`goalscope models check` tells more."
+
     def count_tokens(self, messages: Sequence[Message]) -> int:
         """Number of tokens of the rendered chat, up to where the assistant's words begin."""
         return len(self.tokenizer.render(messages))
@@ -196,8 +201,8 @@ class TokenScorer(ABC):
         for row, pair in zip(rows, pairs, strict=True):
             if len(row) != len(pair.answer) or not are_logprobs(row):
                 raise ModelError(
-                    f"{self.name} gave log-probabilities that cannot be: {row[:8].tolist()} for "
-                    f"{len(pair.answer)} tokens. `goalscope models check` tells more."
+                    f"{self.describe()} gave log-probabilities that cannot be: {row[:8].tolist()} "
+                    f"for {len(pair.answer)} tokens. {self.remedy}"
                 )
         return rows
 

@@ -99,7 +99,7 @@ class Network:
     def run(
         self, ids: Ints, depths: Ints, sees: Flags, known: Any, places: Sequence[int]
     ) -> tuple[Any, Any]:
-        """Run rows of tokens, each of which sees what it is told to.
+        """Run rows of tokens, each of which attends to chosen others.
 
         Args:
             ids: The tokens [rows, tokens].
@@ -274,7 +274,7 @@ def _load(source: str | Path, device: Any, dtype: Any) -> Any:
             warnings.simplefilter("ignore", FutureWarning)  # of Transformers to itself
             model = transformers.AutoModelForCausalLM.from_pretrained(name, **options)
         return model.to(device).eval()
-    except Exception as error:  # each file format has errors of its own
+    except Exception as error:  # each file format raises others
         reason = str(error).strip().partition("\n")[0]
         raise ModelError(
             f"{source} cannot be loaded on {device} ({reason}). Check that it is a complete causal "

@@ -19,14 +19,8 @@ from goalscope.models.adapters import read_adapter
 from goalscope.models.hf_tokenizer import chat_tokenizer, tokenizer_file
 from goalscope.models.local import LocalModel, synchronized
 from goalscope.models.native import Weights
-from goalscope.models.packing import ROOT, PrefixStore, Row, batches, pack, parents
-from goalscope.models.sampling import (
-    Grammar,
-    LlamaGrammar,
-    LLGuidanceGrammar,
-    Logits,
-    gguf_vocabulary,
-)
+from goalscope.models.packing import ROOT, PrefixStore, Row, batches, pack
+from goalscope.models.sampling import Logits
 from goalscope.models.scoring import Pair
 from goalscope.models.torch_network import Network
 from goalscope.models.trie import Trie
@@ -51,7 +45,7 @@ _MISMATCH_ROUNDED = 0.1
 
 
 class Transformers(LocalModel):
-    """A Hugging Face causal language model that tells how likely words are, and writes.
+    """A Hugging Face causal language model that scores words and writes.
 
     All texts of a call form a tree of tokens. Each node is computed once, many side by side in a
     row, by an attention mask that lets it see its own ancestors alone; what was computed is kept
@@ -120,13 +114,17 @@ class Transformers(LocalModel):
         self._follows_mask: dict[int, bool] = {}
         self._written: list[int] = []
         self._past: Any = None
-        self._guide: Any = None
         self.tokens_decoded = 0
 
     @property
     def context_size(self) -> int:
         """Most tokens that one pair (context and continuation) may have."""
         return self._context_size
+
+    @property
+    def vocabulary(self) -> Weights | None:
+        """See `LocalModel.vocabulary`."""
+        return self._vocabulary
 
     @property
     @synchronized
@@ -174,20 +172,16 @@ class Transformers(LocalModel):
         self.network.model = None
         self.network.free_unused()
 
-    def grammar(self, rules: Mapping[str, Any] | str) -> Grammar:
-        """See `LocalModel.grammar`."""
-        if self._vocabulary is not None and isinstance(rules, str):
-            return LlamaGrammar(self._vocabulary, rules)
-        if self._vocabulary is not None and self._guide is None:
-            self._guide = gguf_vocabulary(self._vocabulary)
-        if self._guide is None:
-            import llguidance
+    def guide(self) -> Any:
+        """See `LocalModel.guide`."""
+        if self._vocabulary is not None:
+            return super().guide()
+        import llguidance
 
-            size = self.network.vocab_size
-            ends = [token for token in range(size) if self.tokenizer.is_control(token)]
-            text = tokenizer_file(self._model).read_text(encoding="utf-8")
-            self._guide = llguidance.LLTokenizer(text, n_vocab=size, eos_token=ends)
-        return LLGuidanceGrammar(self._guide, rules)
+        size = self.network.vocab_size
+        ends = [token for token in range(size) if self.tokenizer.is_control(token)]
+        text = tokenizer_file(self._model).read_text(encoding="utf-8")
+        return llguidance.LLTokenizer(text, n_vocab=size, eos_token=ends)
 
     @synchronized
     def read(self, prompt: Sequence[int], room: int) -> Logits:
@@ -317,24 +311,22 @@ class Transformers(LocalModel):
             self._width = min(self._width, self._batch)
 
     def _compute_tree(self, trie: Trie, wanted: set[int], read: Read) -> None:
-        above = parents(trie)
         keys: list[int | None] = []
         fresh: list[bool] = []
-        for node, (token, parent) in enumerate(zip(trie.tokens, above, strict=True)):
+        for node, (token, parent) in enumerate(zip(trie.tokens, trie.parents, strict=True)):
             before = keys[parent] if parent >= 0 else ROOT
             keys.append(None if before is None else self._store.find(before, token))
             fresh.append(keys[node] is None or node in wanted)
         while any(fresh):
-            rows = pack(trie, above, fresh, width=self._width, limit=self._batch)
+            rows = pack(trie, fresh, width=self._width, limit=self._batch)
             for batch in batches(rows, tokens=self._batch, known=_KNOWN * self._batch):
-                self._compute_rows(trie, above, keys, batch, wanted, read)
+                self._compute_rows(trie, keys, batch, wanted, read)
                 for node in chain.from_iterable(row.nodes for row in batch):
                     fresh[node] = False
 
     def _compute_rows(
         self,
         trie: Trie,
-        above: Sequence[int],
         keys: list[int | None],
         rows: Sequence[Row],
         wanted: set[int],
@@ -353,8 +345,8 @@ class Transformers(LocalModel):
             depths[number, : len(column)] = [trie.depths[node] for node in row.nodes]
             for node, at in column.items():
                 places[node] = number * width + at
-                if above[node] in column:
-                    sees[number, at] |= sees[number, column[above[node]]]
+                if trie.parents[node] in column:
+                    sees[number, at] |= sees[number, column[trie.parents[node]]]
                 else:
                     sees[number, at, : len(row.trunk)] = True
         nodes = [node for node in places if node in wanted]
@@ -367,7 +359,7 @@ class Transformers(LocalModel):
         if new:
             block = self._store.add(values.flatten(0, 1)[[places[node] for node in new]])
             for row, node in enumerate(new):
-                before = keys[above[node]] if above[node] >= 0 else ROOT
+                before = keys[trie.parents[node]] if trie.parents[node] >= 0 else ROOT
                 assert before is not None
                 keys[node] = self._store.put(block, row, before, trie.tokens[node])
         if nodes:

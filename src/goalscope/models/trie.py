@@ -16,6 +16,7 @@ class Trie:
     Attributes:
         tokens: Token id of each node.
         depths: Position of each node in its sequences, from 0.
+        parents: The node before each, -1 where there is none.
         through: For each node, the paths that pass through it, in the order they were added.
         paths: For each path, its nodes from the first token to the last.
     """
@@ -24,6 +25,7 @@ class Trie:
         """Begin with no path."""
         self.tokens: list[int] = []
         self.depths: list[int] = []
+        self.parents: list[int] = []
         self.through: list[list[int]] = []
         self.paths: list[list[int]] = []
         self._children: dict[tuple[int, int], int] = {}
@@ -69,8 +71,10 @@ class Trie:
     def _grow(self, path: int, token: int) -> int:
         nodes = self.paths[path]
         node = len(self.tokens)
-        self._children[nodes[-1] if nodes else -1, token] = node
+        parent = nodes[-1] if nodes else -1
+        self._children[parent, token] = node
         self.tokens.append(token)
+        self.parents.append(parent)
         self.depths.append(len(nodes))
         self.through.append([path])
         nodes.append(node)

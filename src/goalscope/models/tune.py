@@ -25,7 +25,7 @@ from filelock import FileLock
 from goalscope.models import Array
 from goalscope.models.copies import requantize
 from goalscope.models.engine import engine
-from goalscope.models.native import KVCache, Running, Weights
+from goalscope.models.native import DOWNLOAD_AGAIN, KVCache, Running, Weights
 from goalscope.models.sampling import log_prob
 from goalscope.models.trie import Trie
 from goalscope.types import ModelError
@@ -42,7 +42,7 @@ __all__ = [
 ]
 
 Report = Callable[[str, float], object]
-"""Told what is measured now, and the share of the work that is done, from 0 to 1."""
+"""Called with what is measured now, and the share of the work that is done, from 0 to 1."""
 
 log = logging.getLogger(__name__)
 
@@ -130,21 +130,24 @@ def tune(source: Path, threads: int, report: Report | None = None) -> Tuning:
     F16, and smaller types are slower and less exact, see LOG.md.) Without a `report`, a warning is
     logged that this takes a while.
 
+    The answer holds for every file of the same content, and a copy of its weights serves all; what
+    was kept for older versions of the engine is deleted.
+
     Raises:
-        ModelError: `source` is no complete GGUF model, or cannot be converted.
+        ModelError: `source` is no complete GGUF model, or damaged, or cannot be converted.
         OSError: The cache folder cannot be written, the disk is full, or another process tunes.
     """
-    record = _record(source, threads)
+    folder = _folder()
     if len(split_files(source)) > 1:
         raise ModelError(f"{source} is in several parts, and only whole files are tuned.")
     Weights(source).free()  # what is no model is refused before a minute of work is announced
     source = source.resolve()
-    record.parent.mkdir(parents=True, exist_ok=True)
+    folder.mkdir(parents=True, exist_ok=True)
     with (
-        FileLock(record.parent / ".lock", blocking=False),
-        tempfile.TemporaryDirectory(dir=record.parent, prefix=".tune-") as folder,
+        FileLock(folder / ".lock", blocking=False),
+        tempfile.TemporaryDirectory(dir=folder, prefix=".tune-") as work,
     ):
-        for left in set(record.parent.glob(".tune-*")) - {Path(folder)}:  # by a killed process
+        for left in set(folder.glob(".tune-*")) - {Path(work)}:  # by a killed process
             shutil.rmtree(left, ignore_errors=True)
         if report is None:
             log.warning(
@@ -152,41 +155,39 @@ def tune(source: Path, threads: int, report: Report | None = None) -> Tuning:
                 "GOALSCOPE_TUNE=0 prevents it.",
                 source.name,
             )
-            report = _unheard
-        files, trials = _try_types(source, Path(folder), Running(threads), report)
+            report = _ignored
+        files, trials = _try_types(source, Path(work), Running(threads), report)
+        if not math.isfinite(trials[0].error):
+            raise ModelError(
+                f"{source} is damaged: its weights give no log-probabilities. {DOWNLOAD_AGAIN}"
+            )
         bound = trials[0].error + _LOSS
         best = max((t for t in trials if t.error <= bound), key=lambda trial: trial.speed)
         running = _try_threads(files[best.weights], Running(threads), report)
+        digest = _digest(source)
         path = source
         if files[best.weights] != source:
-            path = record.with_name(f"{record.stem}-{best.weights}.gguf")
-            os.replace(files[best.weights], path)
+            path = folder / f"{source.stem}-{digest[:12]}-{best.weights}.gguf"
+            try:
+                os.replace(files[best.weights], path)
+            except PermissionError:  # on some systems, where the same copy is in use
+                if not path.is_file():
+                    raise
         result = Tuning(source, path, threads, running, tuple(trials))
-        _forget_lost()
-        part = Path(folder, "record.json")
-        part.write_text(json.dumps(asdict(result), default=str), encoding="utf-8")
-        os.replace(part, record)
+        _keep(result, digest)
+        _forget_others()
     return result
 
 
 def kept_tunings() -> list[Tuning]:
-    """All that were kept for this machine."""
-    found = [(file, _read(file)) for file in sorted(_folder().glob("*.json"))]
+    """All that were kept for files that are here, with this processor and engine."""
     return [
-        each
-        for file, each in found
-        if each is not None and file == _record(each.source, each.threads)
+        tuning
+        for record in _records().values()
+        if (record.engine, record.processor) == (engine().name, processor())
+        for source, stamp in record.seen.items()
+        if _stamp(Path(source)) == stamp and (tuning := record.tuning(Path(source)))
     ]
-
-
-def _forget_lost() -> None:
-    """Delete what was kept for files that are there no more, as of an environment that went."""
-    for file in _folder().glob("*.json"):
-        kept = _read(file)
-        if kept is None or not kept.source.is_file():
-            for each in (*_folder().glob(f"{file.stem}-*.gguf"), file):
-                with suppress(OSError):  # one that is in use stays on some systems
-                    each.unlink()
 
 
 def split_files(path: Path) -> list[Path]:
@@ -208,8 +209,8 @@ def prompt_seconds(
 ) -> float:
     """Shortest of two times to read a prompt of so many tokens, after one to warm up.
 
-    The next-token logits of the last `scored` tokens are computed, and looked at. If the first time
-    is above `hopeless` seconds, it is the answer.
+    The next-token logits of the last `scored` tokens are computed and read. A first time above
+    `hopeless` seconds is returned at once.
     """
     cache, trie = KVCache(weights, running), Trie()
     times: list[float] = []
@@ -226,7 +227,7 @@ def prompt_seconds(
     return min(times[1:] or times)
 
 
-def _unheard(step: str, share: float) -> None: ...
+def _ignored(step: str, share: float) -> None: ...
 
 
 def _try_types(
@@ -298,47 +299,147 @@ def _token_logprobs(weights: Weights, running: Running) -> Array:
     return np.array([found[node] for node in sorted(found)])
 
 
+@dataclass(frozen=True, slots=True)
+class _Record:
+    """What is kept of a tuning, for all files of one content.
+
+    Attributes:
+        digest: Of the content.
+        engine: The engine that it was found with, and its version.
+        processor: The processor that it was found on.
+        threads: See `Tuning`.
+        seen: Where files of this content are, and their stamps.
+        copy: Name of the copy to load, if any.
+        running: See `Tuning`.
+        trials: See `Tuning`.
+    """
+
+    digest: str
+    engine: str
+    processor: str
+    threads: int
+    seen: dict[str, str]
+    copy: str | None
+    running: Running
+    trials: tuple[Trial, ...]
+
+    def tuning(self, source: Path) -> Tuning | None:
+        """What it says of a source; None if the copy is lost."""
+        path = _folder() / self.copy if self.copy else source
+        if not path.is_file():
+            return None
+        return Tuning(source, path, self.threads, self.running, self.trials)
+
+    def write(self, file: Path) -> None:
+        """Write it to a file of the cache folder."""
+        with tempfile.TemporaryDirectory(dir=file.parent, prefix=".tune-") as work:
+            part = Path(work, file.name)
+            part.write_text(json.dumps(asdict(self)), encoding="utf-8")
+            os.replace(part, file)
+
+
 def _folder() -> Path:
     return platformdirs.user_cache_path("goalscope") / "tuned"
 
 
-def _record(source: Path, threads: int) -> Path:
-    """Where the tuning of a file is kept: for it, these threads, this processor and engine."""
-    source = source.resolve()
-    status = source.stat() if source.is_file() else None
-    identity = [
-        str(source),
-        f"{status.st_size} {status.st_mtime_ns}" if status else "",
-        processor(),
-        f"{threads} threads",
+def _records() -> dict[Path, _Record]:
+    """All records that can be read, by their files."""
+    found: dict[Path, _Record] = {}
+    for file in sorted(_folder().glob("*.json")):
+        with suppress(OSError, ValueError, LookupError, TypeError):
+            row: Any = json.loads(file.read_text(encoding="utf-8"))
+            parts: dict[str, Any] = {
+                "seen": {**row["seen"]},
+                "running": Running(**row["running"]),
+                "trials": tuple(Trial(**trial) for trial in row["trials"]),
+            }
+            found[file] = _Record(**{**row, **parts})
+    return found
+
+
+def _digest(source: Path) -> str:
+    with source.open("rb") as file:
+        return hashlib.file_digest(file, "sha256").hexdigest()
+
+
+def _stamp(source: Path) -> str:
+    """What changes when a file is written again; empty if there is none."""
+    if not source.is_file():
+        return ""
+    status = source.stat()
+    return f"{status.st_size} {status.st_mtime_ns}"
+
+
+def _keep(tuning: Tuning, digest: str) -> None:
+    record = _Record(
+        digest,
         engine().name,
-    ]
-    digest = hashlib.sha256("\n".join(identity).encode()).hexdigest()[:12]
-    return _folder() / f"{source.stem}-{digest}.json"
+        processor(),
+        tuning.threads,
+        {str(tuning.source): _stamp(tuning.source)},
+        None if tuning.path == tuning.source else tuning.path.name,
+        tuning.running,
+        tuning.trials,
+    )
+    identity = f"{record.engine}\n{record.processor}\n{record.threads}"
+    machine = hashlib.sha256(identity.encode()).hexdigest()[:8]
+    record.write(_folder() / f"{tuning.source.stem}-{digest[:12]}-{machine}.json")
 
 
 def _kept(source: Path, threads: int) -> Tuning | None:
-    found = _read(_record(source, threads))
-    return found if found and found.path.is_file() else None
+    """The kept tuning of a file, which is read as a whole only where another of its size was."""
+    source = source.resolve()
+    place, stamp = str(source), _stamp(source)
+    digest = ""
+    for file, record in _records().items():
+        if (record.engine, record.processor, record.threads) != (
+            engine().name,
+            processor(),
+            threads,
+        ):
+            continue
+        if record.seen.get(place) != stamp:
+            size = stamp.partition(" ")[0]
+            if size not in {each.partition(" ")[0] for each in record.seen.values()}:
+                continue
+            digest = digest or _digest(source)
+            if record.digest != digest:
+                continue
+            with suppress(OSError):
+                replace(record, seen={**record.seen, place: stamp}).write(file)
+        if tuning := record.tuning(source):
+            return tuning
+    return None
 
 
-def _read(file: Path) -> Tuning | None:
-    """A kept tuning; None if there is none that can be read."""
-    try:
-        row: Any = json.loads(file.read_text(encoding="utf-8"))
-        return Tuning(
-            Path(row["source"]),
-            Path(row["path"]),
-            row["threads"],
-            Running(**row["running"]),
-            tuple(Trial(**trial) for trial in row["trials"]),
-        )
-    except (OSError, ValueError, LookupError, TypeError):
-        return None
+def _forget_others() -> None:
+    """Delete records of other versions of the engine, or of no file, and copies of no record."""
+    used: set[str] = set()
+    known = _records()
+    for file in _folder().glob("*.json"):
+        record = known.get(file)
+        if record and _is_current(record):
+            used |= {Path(record.copy).stem} if record.copy else set()
+        else:
+            _delete(file)
+    for copy in _folder().glob("*.gguf"):
+        if not {copy.stem, copy.stem.rpartition("-with-")[0]} & used:  # perhaps with an adapter
+            _delete(copy)
+
+
+def _is_current(record: _Record) -> bool:
+    package = engine().package.name
+    outdated = record.engine != engine().name and record.engine.startswith(f"{package} ")
+    return not outdated and any(os.path.isfile(source) for source in record.seen)
+
+
+def _delete(file: Path) -> None:
+    with suppress(OSError):  # one that is in use stays on some systems
+        file.unlink()
 
 
 def processor() -> str:
-    """The processor's name, as the system tells it."""
+    """The processor's name, as the system gives it."""
     try:
         for line in Path("/proc/cpuinfo").read_text(encoding="utf-8").splitlines():
             if line.startswith("model name"):

@@ -1,28 +1,75 @@
-"""A chat completion that comes piece by piece, as server-sent events."""
+"""What servers answer: chat completions that come piece by piece, and errors."""
 
 from __future__ import annotations
 
+import email.utils
 import json
+import time
 from contextlib import suppress
-from typing import Any
+from typing import TYPE_CHECKING, Any, cast
 
 from goalscope.models import OnText
 
-__all__ = ["Streamed"]
+if TYPE_CHECKING:
+    import httpx2
+
+__all__ = ["Streamed", "codes_of", "failed", "message_of", "seconds_asked"]
 
 _LONGEST = 1 << 20
 """Bytes of a line."""
+
+
+def seconds_asked(response: httpx2.Response) -> float | None:
+    """Seconds that the headers ask to wait: a number, or up to a date; None if they do not."""
+    for name, unit in (("retry-after-ms", 1000), ("retry-after", 1)):
+        said = response.headers.get(name, "")
+        try:
+            return max(0.0, float(said) / unit)
+        except ValueError:
+            pass
+        try:
+            return max(0.0, email.utils.parsedate_to_datetime(said).timestamp() - time.time())
+        except (ValueError, OverflowError):
+            pass
+    return None
+
+
+def _error(answer: object) -> dict[str, Any]:
+    """The error object of an answer, wherever servers put it; empty if there is none."""
+    found: object = answer
+    if isinstance(answer, dict):
+        rows = cast("dict[str, Any]", answer)
+        found = rows.get("error", rows)
+    if isinstance(found, str):
+        return {"message": found}
+    return cast("dict[str, Any]", found) if isinstance(found, dict) else {}
+
+
+def failed(answer: object) -> bool:
+    """Whether an answer holds an error, as some proxies' do that come with HTTP 200."""
+    return isinstance(answer, dict) and bool(cast("dict[str, Any]", answer).get("error"))
+
+
+def message_of(answer: object) -> str:
+    """The error in words; empty if there are none."""
+    error = _error(answer)
+    return str(error.get("message") or error.get("detail") or "")
+
+
+def codes_of(answer: object) -> set[str]:
+    """The names by which servers tell errors apart."""
+    return {str(_error(answer).get(key)) for key in ("code", "type")}
 
 
 class Streamed:
     """Puts a streamed chat completion together.
 
     Args:
-        heard: Is told the text so far, whenever it has grown.
+        on_text: Called with the text so far, whenever it has grown.
     """
 
-    def __init__(self, heard: OnText) -> None:
-        self._heard = heard
+    def __init__(self, on_text: OnText) -> None:
+        self._on_text = on_text
         self._rest = bytearray()
         self._ended = False
         self._message: dict[str, str] = {}
@@ -68,4 +115,4 @@ class Streamed:
                 if isinstance(piece := delta.get(key), str):
                     self._message[key] = self._message.get(key, "") + piece
             if delta.get("content"):
-                self._heard(self._message["content"])
+                self._on_text(self._message["content"])

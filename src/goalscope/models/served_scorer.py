@@ -1,21 +1,23 @@
-"""How servers are asked for the log-probabilities of given tokens; each has its own way."""
+"""A model behind a server that scores, and the ways to ask one for log-probabilities."""
 
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from collections.abc import Iterable, Sequence
 from itertools import islice
+from textwrap import shorten
+from threading import RLock
 from typing import Any
 
 import numpy as np
 
 from goalscope.models import Array
 from goalscope.models.chat import ChatTokenizer
-from goalscope.models.http import Server, understood
-from goalscope.models.scoring import LEAST, Pair
-from goalscope.types import ModelError
+from goalscope.models.http import ATTEMPTS, Server, understood
+from goalscope.models.scoring import LEAST, Pair, TokenScorer
+from goalscope.types import Message, ModelError
 
-__all__ = ["PROTOCOLS", "Echo", "Forced", "NextTokens", "PromptTokens", "Protocol", "SGLang"]
+__all__ = ["Forced", "NextTokens", "PromptTokens", "ServedScorer"]
 
 _BATCH = 8  # whole prompts of one request: a slow server too answers it in time
 _NEXT = 128  # prompts of one request for next tokens; vLLM allows as many different tokens
@@ -114,84 +116,6 @@ class PromptTokens(_VLLM):
         return rows
 
 
-class SGLang(Protocol):
-    """SGLang's own `/generate`; what is before the answer stays in its cache."""
-
-    name = "input_token_logprobs (SGLang)"
-
-    def _score(self, pairs: Sequence[Pair]) -> list[Array]:
-        rows: list[Array] = []
-        for batch in _batches(pairs):
-            prompts = [[*pair.prompt, *pair.answer] for pair in batch]
-            answers = self._generate(prompts, [len(pair.prompt) - 1 for pair in batch])
-            for pair, given in zip(batch, answers, strict=True):
-                tail = given["input_token_logprobs"][-len(pair.answer) :]
-                if [entry[1] for entry in tail] != pair.answer:
-                    raise ValueError("the log-probabilities are those of other tokens")
-                rows.append(_array(entry[0] for entry in tail))
-        return rows
-
-    def _likeliest(self, prompt: Sequence[int]) -> tuple[int, float]:
-        (given,) = self._generate([prompt], [len(prompt) - 1])
-        logprob, token, *_ = given["output_token_logprobs"][0]
-        return int(token), float(logprob)
-
-    def _generate(self, prompts: object, starts: object) -> list[Any]:
-        body = {
-            "input_ids": prompts,
-            "sampling_params": {"max_new_tokens": 1, "temperature": 0},
-            "return_logprob": True,
-            "logprob_start_len": starts,
-        }
-        answer = self.server.post("/generate", body, attempts=self.attempts)
-        return [each["meta_info"] for each in answer]
-
-
-class Echo(Protocol):
-    """OpenAI's older form (llama-cpp-python): text goes in, and comes back with its numbers.
-
-    Text is only scored where the server reads it as the very tokens that were meant: it takes words
-    that look like the model's markup for markup.
-    """
-
-    name = "echo and logprobs"
-
-    def _score(self, pairs: Sequence[Pair]) -> list[Array]:
-        return [self._score_one(pair) for pair in pairs]
-
-    def _score_one(self, pair: Pair) -> Array:
-        ids, size = [*pair.prompt, *pair.answer], len(pair.answer)
-        given, logprobs = self._ask(ids, echo=True)
-        theirs = [token.strip("\ufffd") for token in given]
-        ours = [self.tokenizer.detokenize([token]).strip("\ufffd") for token in ids]
-        for end in (len(theirs) - 1, len(theirs)):  # one more token is written, or its end
-            # Before the answer, servers leave out some tokens that have no text of their own.
-            same_words = [*filter(None, theirs[:end])] == [*filter(None, ours)]
-            if same_words and theirs[end - size : end] == ours[-size:]:
-                return _array(logprobs[end - size : end])
-        raise ModelError(
-            f"{self.server.url} read other tokens than it was sent (the last are "
-            f"{theirs[-size - 1 :][-9:]} instead of {ours[-size:][-9:]}). It reads text and cannot "
-            "score words that hold the model's own markup. Use a server that reads token ids."
-        )
-
-    def _likeliest(self, prompt: Sequence[int]) -> tuple[int, float]:
-        tokens, logprobs = self._ask(prompt, echo=False)
-        ids = self.tokenizer.tokenize(tokens[0])
-        if len(ids) != 1:
-            raise ValueError(f"{tokens[0]!r} is no token of the tokenizer")
-        return ids[0], float(logprobs[0])
-
-    def _ask(self, ids: Sequence[int], *, echo: bool) -> tuple[list[str], list[Any]]:
-        text = self.tokenizer.detokenize(ids, markup=True)
-        (choice,) = self._complete(text, 1, echo=echo, logprobs=1)
-        logprobs = choice["logprobs"]
-        tokens, values = logprobs["tokens"], logprobs["token_logprobs"]
-        if len(tokens) != len(values):
-            raise ValueError(f"{len(tokens)} tokens have {len(values)} log-probabilities")
-        return tokens, values
-
-
 class Forced(Protocol):
     """One request a token: a large bias makes the server write it, and tell its own number.
 
@@ -238,8 +162,113 @@ class Forced(Protocol):
         return answer.get("completion_probabilities", [])
 
 
-PROTOCOLS = (NextTokens, PromptTokens, SGLang, Echo, Forced)
+PROTOCOLS = (NextTokens, PromptTokens, Forced)
 """In the order in which a server is tried."""
+
+
+class ServedScorer(TokenScorer):
+    """A model behind a server that tells the log-probabilities of given tokens.
+
+    At the first use each of `PROTOCOLS` is put to the self-test, and the first that passes is kept.
+
+    Attributes:
+        server: Where it is.
+    """
+
+    def __init__(
+        self, server: Server, tokenizer: ChatTokenizer, *, context_size: int | None = None
+    ) -> None:
+        """Prepare to ask `server`; nothing is sent yet.
+
+        Args:
+            server: Where the model is.
+            tokenizer: The model's own; the server's answers are checked against it.
+            context_size: Most tokens of a pair; as the server says if None.
+        """
+        self.server, self.tokenizer = server, tokenizer
+        self._context_size = context_size
+        self._protocol: Protocol | None = None
+        self._testing = RLock()
+
+    @property
+    def name(self) -> str:  # pyright: ignore[reportIncompatibleVariableOverride] (only read)
+        """The model's name at its server."""
+        return self.server.model
+
+    @property
+    def context_size(self) -> int:
+        """Most tokens that one pair may have; the server writes one more."""
+        self._context_size = self._context_size or self.server.context_size - 1
+        return self._context_size
+
+    @property
+    def protocol(self) -> str:
+        """How the server is asked; found by the self-test at the first use.
+
+        Raises:
+            ModelError: It cannot score; says what each way led to.
+        """
+        return self._found().name
+
+    def score(self, pairs: Sequence[Pair]) -> list[Array]:
+        """See `TokenScorer.score`."""
+        return self._found().score(pairs)
+
+    def likeliest(self, prompt: Sequence[int]) -> tuple[int, float]:
+        """See `TokenScorer.likeliest`."""
+        return self._found().likeliest(prompt)
+
+    def clear_cache(self) -> None:
+        """Do nothing: what a server keeps is its own affair."""
+
+    @property
+    def fingerprint(self) -> str:
+        """The server's, and how likely it finds known words, which differs with the weights."""
+        prompt = self.tokenizer.render([Message("user", "What is the capital of France?")])
+        answer = self.tokenizer.tokenize("The capital of France is Paris.")
+        (row,) = self.score([Pair(prompt, answer)])
+        return f"{self.server.fingerprint} {row.sum():.1f}"
+
+    def describe(self) -> str:
+        """One line on what is asked."""
+        how = self._protocol.name if self._protocol else "not yet tested"
+        return f"{self.name} at {self.server.url}, by {how}"
+
+    def close(self) -> None:
+        """Close the connections."""
+        self.server.close()
+
+    def _found(self) -> Protocol:
+        with self._testing:
+            if self._protocol is None:
+                _ = self.server.facts  # a server that is down is not asked in many ways
+                complaints: list[str] = []
+                for kind in PROTOCOLS:
+                    complaint = self._complaint(kind(self.server, self.tokenizer))
+                    if self._protocol is not None:
+                        return self._protocol
+                    complaint = complaint.removeprefix(f"{self.server.url} ")
+                    complaints.append(f"{kind.name}: {shorten(complaint, 200, placeholder='...')}")
+                raise ModelError(
+                    f"{self.server.url} cannot tell how likely given words are. "
+                    + " ".join(complaints)
+                    + " Use vLLM or the server of llama.cpp; or score with a model in this "
+                    "process, and let the server only write (--generator)."
+                )
+            return self._protocol
+
+    def _complaint(self, protocol: Protocol) -> str:
+        """What is wrong with a protocol, which is kept if nothing is."""
+        self._protocol, complaint = protocol, "It was not tested to the end."
+        try:
+            complaint = self.self_test().complaint
+        except ModelError as error:
+            complaint = str(error)
+        finally:
+            if complaint:
+                self._protocol = None
+        protocol.attempts = ATTEMPTS
+        return complaint
 
 
 def _paths(pair: Pair) -> list[tuple[int, ...]]:
