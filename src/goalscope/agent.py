@@ -137,6 +137,7 @@ class Agent:
             raise InvalidInputError(
                 f'method must be "good", "no-goals" or "no-inference", not {method!r}'
             )
+        self._prior = self.belief
 
     @property
     def belief(self) -> Belief | None:
@@ -313,8 +314,9 @@ class Agent:
                 "has the catalogue or scene changed since? Start a new episode."
             )
         self.rounds = list(rounds)
-        if self.tracker and rounds and rounds[-1].belief:
-            self.tracker.belief = rounds[-1].belief
+        self._corrections, self._uncorrected = [], []
+        if self.tracker and (prior := self._prior):
+            self.tracker.belief = last.belief if last and last.belief else prior
             self.tracker.turns = self.turns
 
     @contextmanager

@@ -273,7 +273,8 @@ class Belief:
     def drop(self, goals: Iterable[Goal]) -> Belief:
         """Remove goals; unknown ones are skipped.
 
-        With the calibration of the paper this is conditioning: the true goal is none of them.
+        With the calibration of the paper, and without pins, this is conditioning: the true goal is
+        none of them.
         """
         gone = set(goals)
         keep = [i for i, goal in enumerate(self.goals) if goal not in gone]

@@ -95,7 +95,7 @@ def ask(
 
 
 def question_of(text: str) -> str:
-    """The last question in `text`, on one line; the whole text if there is none."""
+    """The first question in `text`, on one line; the whole text if there is none."""
     line = " ".join(text.split()).strip('" ')
     head, mark, _ = line.partition("?")
     if not mark:

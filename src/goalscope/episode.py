@@ -38,7 +38,7 @@ class Round:
         state: Fingerprint of the environment after the actions.
         terminated: Whether the task is complete.
         retracts: Numbers of earlier rounds, the newest first, that this one takes back.
-        reversals: How many of the results, the first ones, brought back what those had changed.
+        reversals: Number of results, the first ones, that undid those rounds.
     """
 
     number: int

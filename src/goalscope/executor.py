@@ -122,6 +122,7 @@ class Executor:
         self._unsure = unsure
         self._verbs = {verb.name for verb in env.verbs}
         self._takes_away = {verb.name for verb in env.verbs if verb.takes_away}
+        self._irreversible = {verb.name for verb in env.verbs if verb.irreversible}
 
     def execute(
         self, rounds: Sequence[Round], turn: Turn, reading: Reading, *, confirmed: bool
@@ -170,7 +171,7 @@ class Executor:
         binding = done.standing.beside(order, done.reading.orders)
         found = self._env.resolve(order, binding, self._pick)
         done.notes += [found.why] if found.why else []
-        lasting = any(map(self._env.lasting, found.actions))
+        lasting = order.do in self._irreversible or any(map(self._env.lasting, found.actions))
         if new and found.actions and (reason or lasting):
             if not done.harm:
                 done.hold(order, reason, lasting=lasting)
@@ -209,7 +210,7 @@ class Executor:
         last = rounds[-1] if rounds else None
         if not last or last.question == HARM or last.state != self._env.fingerprint():
             return ()
-        agreed = {*reading.orders} <= {Order("yes"), *last.pending}
+        agreed = bool(reading.orders) and {*reading.orders} <= {Order("yes"), *last.pending}
         if last.question.endswith(SAY_YES):
             agreed = is_yes(turn.utterance)
         return last.pending if confirmed or agreed else ()

@@ -38,7 +38,7 @@ IMPROBABLE = 0.05
 """A goal that stays the least likely is removed only up to this probability."""
 
 FEWEST = 2
-"""As many goals are left: beside a single one, the probability of Unspecified means little."""
+"""Goals that are always left: beside one alone, the probability of Unspecified means little."""
 
 CONSENT = "Sure, I can help you with that."
 REFUSAL = "I'm sorry, but I can't help you with that."

@@ -1,6 +1,6 @@
 """Guards on what was read: against harm, misreadings, conditions and irreversible actions.
 
-They know no English but the stems of a few words of harm.
+The only English in them is a short list of stems of words of harm.
 """
 
 from __future__ import annotations

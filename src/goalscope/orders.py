@@ -132,6 +132,14 @@ class Reading:
     log_probability: float | None = None
     margins: tuple[float, ...] | None = None
 
+    def __post_init__(self) -> None:
+        """Check that each order has its margin."""
+        if self.margins is not None and len(self.margins) != len(self.orders):
+            raise InvalidInputError(
+                f"A reading of {len(self.orders)} orders needs as many margins, or None, not "
+                f"{len(self.margins)}."
+            )
+
     def sure(self, order: Order, threshold: float) -> bool:
         """Whether an order's margin reaches the threshold, in nats, or is unknown."""
         if self.margins is None:

@@ -4,10 +4,13 @@ from __future__ import annotations
 
 import json
 from collections.abc import Callable, Collection, Iterable, Sequence
+from dataclasses import replace
 from functools import wraps
 from inspect import signature
 from threading import RLock
 from typing import Any, Literal, TypeVar, cast, get_args
+
+import numpy as np
 
 from goalscope.belief import Belief
 from goalscope.calibration import Calibration
@@ -156,6 +159,11 @@ class GoalTracker:
         """
         added = [goal for goal in self._known(goals) if goal not in self.belief.goals]
         out = {canonical(goal.text) for goal in self.belief.ruled_out}
+        if UNSPECIFIED in added:
+            raise InvalidInputError(
+                f"{UNSPECIFIED.text!r} stands for goals that are missing, and is no goal. "
+                "GoalTracker(include_unspecified=True) has it."
+            )
         for goal in added:
             if canonical(goal.text) in out:
                 raise InvalidInputError(
@@ -169,11 +177,13 @@ class GoalTracker:
                 added, lambda new: self.likelihood.log_likelihood(self.task, new, self.turns)
             )
         elif added:  # a ranking is of all goals together
-            everything = (*self.belief.goals, *added)
-            row = self.likelihood.log_likelihood(
-                self.task, everything, self.turns, since=len(self.turns) - 1
-            )[0]
-            self.belief = Belief.uniform(everything, self.belief.calibration).observe(row)
+            goals = (*self.belief.goals, *added)
+            self.belief = replace(
+                self.belief,
+                goals=goals,
+                log_prior=np.zeros(len(goals)),
+                log_likelihood=self.likelihood.log_likelihood(self.task, goals, self.turns),
+            )
         return self.belief
 
     @_synchronized
@@ -248,6 +258,8 @@ class GoalTracker:
                 f"There is no goal {named.text!r} to correct; {self._nearest(named)}"
             )
         changes: list[GoalChange] = []
+        if correction == "pin" and (len(self.belief.log_likelihood), kept) in self.belief.pinned:
+            return []
         if correction != "veto":
             if kept not in self.belief.goals:
                 changes.append(GoalChange("added", kept, YOURS))
@@ -316,8 +328,7 @@ class GoalTracker:
                 f"This tracker was saved with the model {saved}, and here is {here}. Give the one "
                 "that it had, or let a new tracker observe its turns."
             )
-        whole = isinstance(tracker.likelihood, PromptedRanking)  # one row for all turns
-        if not whole and len(turns) != len(belief.log_likelihood):
+        if len(turns) != len(belief.log_likelihood):
             raise InvalidInputError(
                 f"This is not what GoalTracker.to_json wrote ({len(turns)} turns, and a belief "
                 f"over {len(belief.log_likelihood)})."
@@ -376,7 +387,11 @@ class GoalTracker:
 
         Returns:
             The changes, and whether a goal is missing for which none was found.
+
+        Raises:
+            UnreadableAnswerError: A model that was asked for goals wrote none; the goals stay.
         """
+        before = self.belief
         since = made_from([round.changes for round in rounds])
         added: list[GoalChange] = []
         missing = propose and incomplete(self.belief, goals.propose, since=since)
@@ -386,10 +401,14 @@ class GoalTracker:
             added = goals.added(self.likelihood, self.belief, self.turns, past)
             if most is not None:
                 del added[max(0, most - len(self.belief.goals)) :]
-            self.add(change.goal for change in added)
+            self._add([change.goal for change in added])
         progress("checking goals")
         beliefs = [*(round.belief for round in rounds if round.belief), self.belief]
-        removed = goals.removed(beliefs, self.turns, given=given)
+        try:
+            removed = goals.removed(beliefs, self.turns, given=given)
+        except BaseException:
+            self.belief = before
+            raise
         self.drop(change.goal for change in removed)
         return [*added, *removed], missing and not added
 

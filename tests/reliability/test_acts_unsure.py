@@ -18,7 +18,9 @@ from goalscope.envs.grocery import Catalogue, GroceryShop
 from goalscope.envs.grocery.catalogue import Item
 from goalscope.envs.grocery.search import Search
 from goalscope.envs.house import HomeRobot, HouseController
-from goalscope.standing import Standing
+from goalscope.executor import Execution
+from goalscope.orders import Order, Reading
+from goalscope.policy import Outcome
 from goalscope.types import UNSPECIFIED, Goal
 from test_calibrating import believed, some
 
@@ -82,7 +84,7 @@ def test_while_unspecified_leads_nothing_lasting_is_done_and_each_guess_is_told(
         led += belief.probability.max() > np.sort(belief.probability)[-2] + 1e-9
         assert belief.probability[-1] >= belief.probability.max() - 1e-12
         words = f"Number {number}: {AIMS[number % 2]}"
-        outcome = agent._planned(said(words), [], Standing(), [])
+        outcome = planned(agent, words)
         assert not any(each.irreversible for each in outcome.results)
         told = {each.target for each in outcome.guessed}
         assert {each.action.target for each in outcome.results} == told
@@ -98,6 +100,12 @@ def test_while_unspecified_leads_nothing_lasting_is_done_and_each_guess_is_told(
     )
 
 
+def planned(agent: Agent, words: str) -> Outcome:
+    """What an agent guesses for an aim."""
+    done = Execution(said(words)[-1], Reading((Order("aim"),)))
+    return agent._plan(done.turn, done.reading, done)
+
+
 def test_where_unspecified_is_all_there_is_only_what_the_words_call_for_is_guessed() -> None:
     model = WordModel({NEEDS: "needed: milk, flour"})
     for words, added in (("I have guests.", []), ("Something with milk.", ["Whole Milk"])):
@@ -105,7 +113,7 @@ def test_where_unspecified_is_all_there_is_only_what_the_words_call_for_is_guess
         agent = Agent(shop, model)
         assert agent.tracker is not None
         assert agent.tracker.belief.goals == (UNSPECIFIED,)
-        outcome = agent._planned(said(words), [], Standing(), [])
+        outcome = planned(agent, words)
         assert [*shop.basket] == added
         assert [(each.target, each.goal) for each in outcome.guessed] == [(n, "") for n in added]
 
