@@ -1,4 +1,4 @@
-"""Rounds drawn in a terminal. What people, models and catalogues wrote is shown as plain text."""
+"""Rounds drawn in a terminal. Text from people, models and catalogues is printed as plain text."""
 
 from __future__ import annotations
 
@@ -13,20 +13,21 @@ from rich.panel import Panel
 from rich.table import Table
 from rich.text import Text
 
-from goalscope.orders import orders_to_text
 from goalscope.safe_text import domain_shown, model_shown, terminal_safe
 from goalscope.types import TRACKING, UNSPECIFIED, Goal
 
 if TYPE_CHECKING:
     from goalscope.belief import Belief
     from goalscope.episode import Round
+    from goalscope.orders import Order
     from goalscope.store import EpisodeInfo
     from goalscope.why import Reason
 
     Scored = tuple[EpisodeInfo, Sequence[str] | None]
-    """An episode, and what was unwanted in its end, where the profile says what is welcome."""
+    """An episode, and what is unwanted in its result, where the profile says what is welcome."""
 
 __all__ = [
+    "order_in_words",
     "show_belief",
     "show_checks",
     "show_done",
@@ -44,6 +45,40 @@ __all__ = [
 BAR = 20
 SHOWN = 8
 LEAST_CHANGE = 0.01  # chance of a change of mind
+
+ACTS = {
+    "avoid": "nothing with {what}",
+    "only": "only what is {what}",
+    "budget": "spend at most {amount}",
+    "undo": "undo the last change",
+    "ask": "a question",
+    "aim": "an aim",
+    "none": "nothing to act on",
+}
+"""Orders in words by their dialogue act, where the generic form reads badly."""
+
+HANDLING = frozenset(
+    ("put", "pick up", "open", "close", "turn on", "turn off", "fill", "empty", "slice", "cook")
+    + ("clean", "break", "push", "pull", "leave")
+)
+"""Verbs for things that are there, which take an article."""
+
+DETERMINED = frozenset(
+    ["a", "all", "an", "another", "any", "both", "each", "every", "everything", "first", "her", "his", "it", "its", "last", "me", "my", "one", "our", "some", "that", "the", "their", "them", "these", "this", "those", "us", "your"]
+)
+"""First words of a name that takes no article."""
+
+PEOPLE = ("me", "him", "her", "us", "them")
+
+SURFACES = frozenset(
+    ["armchair", "balcony", "bed", "bench", "chair", "counter", "couch", "countertop", "desk", "dresser", "floor", "hanger", "holder", "ledge", "mat", "nightstand", "patio", "plate", "rack", "radiator", "saucer", "shelf", "sofa", "stand", "stool", "stove", "table", "tray", "wall", "windowsill", "worktop"]
+)
+"""Places on which things are put; others are taken for places in which they are."""
+
+PLACED = frozenset(
+    ["above", "against", "along", "around", "at", "away", "back", "behind", "beside", "between", "by", "down", "downstairs", "here", "in", "inside", "into", "left", "near", "next", "off", "on", "onto", "opposite", "out", "outside", "over", "right", "there", "to", "under", "underneath", "up", "upstairs", "where"]
+)
+"""First words of a place that needs no further preposition."""
 
 
 def show_header(console: Console, info: EpisodeInfo) -> None:
@@ -75,7 +110,7 @@ def show_understood(
     transcript: bool = True,
     order: bool = False,
 ) -> None:
-    """Draw what the words were taken for, and the belief after them.
+    """Draw how the utterance was read, and the belief after it.
 
     Args:
         console: Where to.
@@ -89,7 +124,7 @@ def show_understood(
         _rows(console, [(Text("Agent", "cyan"), terminal_safe(round.turn.query))])
         _rows(console, [(Text("Human", "magenta"), terminal_safe(round.turn.utterance))])
     if round.reading is not None:
-        read = orders_to_text(round.reading.orders).splitlines()
+        read = map(order_in_words, round.reading.orders)
         _rows(console, [(Text("-", "dim"), terminal_safe(line)) for line in read], "Understood")
     if round.belief is not None:
         show_belief(console, round.belief, previous, order=order)
@@ -109,8 +144,67 @@ def show_understood(
     )
 
 
+def order_in_words(order: Order) -> str:
+    """An order for people: put the mug in the sink, add 3 lemons."""
+    what, amount = order.what, ""
+    if order.quantity is not None:
+        amount = f"{order.quantity:.3f}".rstrip("0").rstrip(".")
+        if order.unit:
+            amount += f" {_counted(order.unit, order.quantity)}"
+    if order.do in ACTS and not (order.do in ("ask", "undo") and (what or amount)):
+        text = ACTS[order.do].format(what=what, amount=amount)
+    elif order.do == "ask":
+        text = f"a question about {what}"
+    elif order.do == "undo":
+        text = f"undo {what}" if what else f"undo the last {amount} changes"
+    elif order.do == "set":
+        text = f"set {what} to {amount}"
+    else:
+        named = _the(what) if what and order.do in HANDLING else what
+        if amount:
+            named = f"{amount} of {what}" if order.unit not in ("", "dozen") else f"{amount} {what}"
+        text = f"{order.do} {named}".strip()
+    if order.where in PEOPLE and order.do == "put":
+        text = text.replace("put", "bring", 1)
+    if order.where:
+        text += f" {_place(order.where)}"
+    preposition = {"swap": "for", "fill": "with"}.get(order.do)
+    if order.for_ and preposition:
+        text += f" {preposition} {order.for_}"
+    notes = [f"for {order.for_}"] if order.for_ and not preposition else []
+    notes += [order.why] if order.why else []
+    text += f" ({', '.join(notes)})" if notes else ""
+    return f"{text}, if {order.if_}" if order.if_ else text
+
+
+def _counted(unit: str, quantity: float) -> str:
+    """A unit in the number of its quantity; abbreviations and "dozen" have one form."""
+    if quantity == 1 or len(unit) < 3 or unit.endswith("s") or unit == "dozen":
+        return unit
+    if unit == "loaf":
+        return "loaves"
+    return unit + ("es" if unit.endswith(("ch", "sh", "x")) else "s")
+
+
+def _place(where: str) -> str:
+    """A place with its preposition: "in the sink", "on the table", "to me", "next to it"."""
+    words = where.casefold().split()
+    if words[0] in PLACED:
+        return where
+    if where in PEOPLE:
+        return f"to {where}"
+    if words[0][0].isdigit():
+        return f"at {where}"
+    return f"{'on' if words[-1] in SURFACES else 'in'} {_the(where)}"
+
+
+def _the(name: str) -> str:
+    """A thing that is there, with its article."""
+    return name if name.casefold().split()[0] in DETERMINED else f"the {name}"
+
+
 def show_done(console: Console, round: Round) -> None:
-    """Draw what was done in a round, how things stand, and the notes."""
+    """Draw the actions of a round, the status after them, and the notes."""
     _rows(
         console,
         [
@@ -130,7 +224,7 @@ def show_done(console: Console, round: Round) -> None:
 
 
 def show_status(console: Console, status: str) -> None:
-    """Print how things stand."""
+    """Print the status of the task."""
     console.print(Panel(terminal_safe(status), title="Status", title_align="left", style="dim"))
 
 
@@ -157,9 +251,11 @@ def show_checks(console: Console, checks: Sequence[Mapping[str, Any]], met: Sequ
 
 
 def show_unwanted(console: Console, unwanted: Sequence[str]) -> None:
-    """What nobody asked for, and nobody would have liked."""
-    told = ", ".join(unwanted) or "nothing"
-    console.print(terminal_safe(f"Neither asked for nor welcome: {told}", "dim"), soft_wrap=True)
+    """What neither the profile's checks nor its `welcome` list names."""
+    text = "Everything in the result is named by the profile's checks or its welcome list."
+    if unwanted:
+        text = f"Named by neither the profile's checks nor its welcome list: {', '.join(unwanted)}"
+    console.print(terminal_safe(text, "dim"), soft_wrap=True)
 
 
 def show_scores(console: Console, scored: Sequence[Scored]) -> None:
