@@ -375,7 +375,7 @@ class Conversations:
         env = open_environment(settings)
 
         def open(progress: OnText, draft: OnText, resume: EpisodeInfo | None) -> Session:
-            return Session(
+            session = Session(
                 self._store,
                 settings,
                 env,
@@ -385,6 +385,8 @@ class Conversations:
                 progress=progress,
                 draft=draft,
             )
+            session.begin()  # its page is found by the id
+            return session
 
         try:
             entered = Conversation(self.desk, env, self._model, open, resume)
