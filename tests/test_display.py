@@ -107,6 +107,13 @@ def test_arrows_show_the_change_of_the_same_goal():
     assert "▼" not in unspecified  # unchanged
 
 
+@given(*[st.text(max_size=3)] * 4, st.none() | st.floats(0, 1e6))
+def test_whatever_a_slot_holds_is_shown(what, unit, where, do, quantity):
+    for verb in (do, "put", "undo"):
+        said = order_in_words(Order(verb, what, quantity, unit, where=where))
+        assert where in said
+
+
 def test_beliefs_without_goals_and_without_explanations_are_said():
     impossible = Belief.uniform([CAKE]).observe([-np.inf])
     assert "No goal explains" in drawn(show_round, a_round(belief=impossible))

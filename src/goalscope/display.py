@@ -57,27 +57,35 @@ ACTS = {
 }
 """Orders in words by their dialogue act, where the generic form reads badly."""
 
-HANDLING = frozenset(
-    ("put", "pick up", "open", "close", "turn on", "turn off", "fill", "empty", "slice", "cook")
-    + ("clean", "break", "push", "pull", "leave")
-)
+HANDLING = {
+    "put", "pick up", "open", "close", "turn on", "turn off", "fill", "empty", "slice", "cook",
+    "clean", "break", "push", "pull", "leave",
+}  # fmt: skip
 """Verbs for things that are there, which take an article."""
 
-DETERMINED = frozenset(
-    ["a", "all", "an", "another", "any", "both", "each", "every", "everything", "first", "her", "his", "it", "its", "last", "me", "my", "one", "our", "some", "that", "the", "their", "them", "these", "this", "those", "us", "your"]
-)
+DETERMINED = {
+    "a", "all", "an", "another", "any", "both", "each", "every", "everything", "first", "her",
+    "his", "it", "its", "last", "me", "my", "one", "our", "some", "that", "the", "their",
+    "them", "these", "this", "those", "us", "your",
+}  # fmt: skip
 """First words of a name that takes no article."""
 
 PEOPLE = ("me", "him", "her", "us", "them")
 
-SURFACES = frozenset(
-    ["armchair", "balcony", "bed", "bench", "chair", "counter", "couch", "countertop", "desk", "dresser", "floor", "hanger", "holder", "ledge", "mat", "nightstand", "patio", "plate", "rack", "radiator", "saucer", "shelf", "sofa", "stand", "stool", "stove", "table", "tray", "wall", "windowsill", "worktop"]
-)
+SURFACES = {
+    "armchair", "balcony", "bed", "bench", "chair", "counter", "couch", "countertop", "desk",
+    "dresser", "floor", "hanger", "holder", "ledge", "mat", "nightstand", "patio", "plate",
+    "rack", "radiator", "saucer", "shelf", "sofa", "stand", "stool", "stove", "table", "tray",
+    "wall", "windowsill", "worktop",
+}  # fmt: skip
 """Places on which things are put; others are taken for places in which they are."""
 
-PLACED = frozenset(
-    ["above", "against", "along", "around", "at", "away", "back", "behind", "beside", "between", "by", "down", "downstairs", "here", "in", "inside", "into", "left", "near", "next", "off", "on", "onto", "opposite", "out", "outside", "over", "right", "there", "to", "under", "underneath", "up", "upstairs", "where"]
-)
+PLACED = {
+    "above", "against", "along", "around", "at", "away", "back", "behind", "beside", "between",
+    "by", "down", "downstairs", "here", "in", "inside", "into", "left", "near", "next", "off",
+    "on", "onto", "opposite", "out", "outside", "over", "right", "there", "to", "under",
+    "underneath", "up", "upstairs", "where",
+}  # fmt: skip
 """First words of a place that needs no further preposition."""
 
 
@@ -188,19 +196,19 @@ def _counted(unit: str, quantity: float) -> str:
 
 def _place(where: str) -> str:
     """A place with its preposition: "in the sink", "on the table", "to me", "next to it"."""
-    words = where.casefold().split()
+    words = where.casefold().split() or [""]
     if words[0] in PLACED:
         return where
     if where in PEOPLE:
         return f"to {where}"
-    if words[0][0].isdigit():
+    if words[0][:1].isdigit():
         return f"at {where}"
     return f"{'on' if words[-1] in SURFACES else 'in'} {_the(where)}"
 
 
 def _the(name: str) -> str:
     """A thing that is there, with its article."""
-    return name if name.casefold().split()[0] in DETERMINED else f"the {name}"
+    return name if {*name.casefold().split()[:1]} & DETERMINED else f"the {name}"
 
 
 def show_done(console: Console, round: Round) -> None:
