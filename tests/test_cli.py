@@ -136,8 +136,11 @@ def test_what_cannot_be_found_is_said_in_one_line(shop, tmp_path):
     assert "goalscope episodes" in fails(2, "chat", "--resume", "nothing")
 
 
-def test_an_unknown_option_is_a_usage_error():
-    assert invoke("run", "--profile", "x", "--speed", "9").exit_code == 2
+def test_a_missing_package_is_named_with_a_remedy_for_a_clone_and_for_a_release(monkeypatch):
+    monkeypatch.setitem(sys.modules, "uvicorn", None)
+    said = fails(1, "serve")
+    assert 'pip install ".[web]"` in a clone' in said
+    assert 'pip install "goalscope[web]"' in said
 
 
 @pytest.mark.parametrize(

@@ -36,7 +36,6 @@ __all__ = [
     "show_reasons",
     "show_round",
     "show_scores",
-    "show_status",
     "show_summary",
     "show_understood",
     "show_unwanted",
@@ -227,13 +226,9 @@ def show_done(console: Console, round: Round) -> None:
         f"Actions (planned anew {round.replans}x)" if round.replans else "Actions",
     )
     if round.status:
-        show_status(console, round.status)
+        status = terminal_safe(round.status)
+        console.print(Panel(status, title="Status", title_align="left", style="dim"))
     _rows(console, [(Text("!", "yellow"), terminal_safe(note)) for note in round.notes])
-
-
-def show_status(console: Console, status: str) -> None:
-    """Print the status of the task."""
-    console.print(Panel(terminal_safe(status), title="Status", title_align="left", style="dim"))
 
 
 def show_summary(console: Console, info: EpisodeInfo, seconds: float | None = None) -> None:

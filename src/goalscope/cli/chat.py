@@ -180,21 +180,21 @@ def run(
     people = everyone if profile == "all" else (profile_named(settings, profile),)
     has_many = len(people) > 1
     scored: list[Scored] = []
-    with (
-        Store.open(store) as episodes,
-        settings_model(settings, calls) as engine,
-        _printed_at_the_end(scored, as_json),
-    ):
-        for person in people:
-            picture = given.picture
-            if picture and has_many:
-                picture = picture.with_stem(f"{picture.stem}-{person.name}")
-            with _environment(settings, person) as env:
-                session = Session(episodes, settings, env, engine, profile=person.name)
-                draw = _drawing(env, picture)
-                scored.append(_run_one(session, draw, quiet=as_json, brief=has_many))
-            if as_json and has_many:
-                typer.echo(f"{len(scored)} of {len(people)}: {person.name}", err=True)
+    try:
+        with Store.open(store) as episodes, settings_model(settings, calls) as engine:
+            for person in people:
+                picture = given.picture
+                if picture and has_many:
+                    picture = picture.with_stem(f"{picture.stem}-{person.name}")
+                with _environment(settings, person) as env:
+                    session = Session(episodes, settings, env, engine, profile=person.name)
+                    draw = _drawing(env, picture)
+                    scored.append(_run_one(session, draw, quiet=as_json, brief=has_many))
+                if as_json and has_many:
+                    typer.echo(f"{len(scored)} of {len(people)}: {person.name}", err=True)
+    finally:  # one JSON value, also of what was done before an interruption
+        if as_json and scored:
+            print(json.dumps([_outcome_json(*each) for each in scored]))
     if has_many and not as_json:
         show_scores(console(), scored)
 
@@ -382,17 +382,7 @@ def _resumable(session: Session) -> Generator[None]:
         raise
 
 
-@contextmanager
-def _printed_at_the_end(scored: Sequence[Scored], as_json: bool) -> Generator[None]:
-    """Print the outcomes as one JSON value, also those from before an interruption."""
-    try:
-        yield
-    finally:
-        if as_json and scored:
-            print(json.dumps([_outcome(*each) for each in scored]))
-
-
-def _outcome(info: EpisodeInfo, unwanted: Sequence[str] | None) -> dict[str, Any]:
+def _outcome_json(info: EpisodeInfo, unwanted: Sequence[str] | None) -> dict[str, Any]:
     from goalscope.safe_text import model_shown
 
     return {
