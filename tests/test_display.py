@@ -169,6 +169,7 @@ def test_hostile_text_is_shown_and_not_obeyed():
         show_round,
         a_round(
             turn=Turn(HOSTILE, HOSTILE),
+            reading=Reading((Order("add", HOSTILE),)),
             belief=Belief.uniform([Goal(HOSTILE)]),
             changes=(GoalChange("added", Goal(HOSTILE), HOSTILE),),
             results=(StepResult(Action(HOSTILE, HOSTILE), True, HOSTILE),),
@@ -177,7 +178,7 @@ def test_hostile_text_is_shown_and_not_obeyed():
         ),
         width=200,
     )
-    assert text.count("[red]x[/red][/]") == 10
+    assert text.count("[red]x[/red][/]") == 11
     assert ":smile:" in text
     assert not set(text) & set("\x1b\x07\r\u202e")
 

@@ -89,7 +89,7 @@ PLACED = {
 
 
 def show_header(console: Console, info: EpisodeInfo) -> None:
-    """What runs: the domain, the person, the method and the model."""
+    """Print the episode's domain, person, method, model and task."""
     person = info.profile or "you"
     domain, model = domain_shown(info.domain), model_shown(info.model)
     line = f"episode {info.id} | {domain} | {person} | {info.method} | {model}"
@@ -97,15 +97,10 @@ def show_header(console: Console, info: EpisodeInfo) -> None:
 
 
 def show_round(
-    console: Console,
-    round: Round,
-    previous: Belief | None = None,
-    *,
-    transcript: bool = True,
-    order: bool = False,
+    console: Console, round: Round, previous: Belief | None = None, *, order: bool = False
 ) -> None:
     """Draw one round; see `show_understood`."""
-    show_understood(console, round, previous, transcript=transcript, order=order)
+    show_understood(console, round, previous, order=order)
     show_done(console, round)
 
 
@@ -120,8 +115,8 @@ def show_understood(
     """Draw how the utterance was read, and the belief after it.
 
     Args:
-        console: Where to.
-        round: What happened.
+        console: Where to print.
+        round: The round.
         previous: The belief before the round, for the arrows beside the bars.
         transcript: Whether to show the turn, which a person at this terminal has just typed.
         order: See `show_belief`.
@@ -232,7 +227,7 @@ def show_done(console: Console, round: Round) -> None:
 
 
 def show_summary(console: Console, info: EpisodeInfo, seconds: float | None = None) -> None:
-    """How an episode ended."""
+    """Print how an episode ended."""
     score = "" if info.score is None else f", score {info.score:.2f}"
     took = "" if seconds is None else f", {seconds:.1f} s"
     noun = "round" if info.rounds == 1 else "rounds"
@@ -242,7 +237,7 @@ def show_summary(console: Console, info: EpisodeInfo, seconds: float | None = No
 
 
 def show_checks(console: Console, checks: Sequence[Mapping[str, Any]], met: Sequence[bool]) -> None:
-    """Which of a profile's checks are met."""
+    """Print which of a profile's checks are met."""
     rows = [
         (
             _mark(console, ok),
@@ -254,7 +249,7 @@ def show_checks(console: Console, checks: Sequence[Mapping[str, Any]], met: Sequ
 
 
 def show_unwanted(console: Console, unwanted: Sequence[str]) -> None:
-    """What neither the profile's checks nor its `welcome` list names."""
+    """Print what neither the profile's checks nor its `welcome` list names."""
     text = "Everything in the result is named by the profile's checks or its welcome list."
     if unwanted:
         text = f"Named by neither the profile's checks nor its welcome list: {', '.join(unwanted)}"
@@ -262,7 +257,7 @@ def show_unwanted(console: Console, unwanted: Sequence[str]) -> None:
 
 
 def show_scores(console: Console, scored: Sequence[Scored]) -> None:
-    """One line a profile, and the mean; things that were unwanted, where a profile tells."""
+    """Print a table of profiles with the mean score, and the unwanted things where known."""
     scores = [info.score for info, _ in scored if info.score is not None]
     counts = [len(unwanted) for _, unwanted in scored if unwanted is not None]
     table = Table("profile", "ended", "episode")
@@ -281,7 +276,7 @@ def show_scores(console: Console, scored: Sequence[Scored]) -> None:
 
 
 def show_episodes(console: Console, infos: Sequence[EpisodeInfo]) -> None:
-    """A table of stored episodes; a narrow terminal leaves out some of its columns."""
+    """Print a table of stored episodes, with fewer columns on a narrow terminal."""
     if not infos:
         console.print("No episode is stored yet. `goalscope chat` begins one.")
         return
@@ -306,7 +301,7 @@ def show_episodes(console: Console, infos: Sequence[EpisodeInfo]) -> None:
 
 
 def _columns(console: Console, columns: Mapping[str, Sequence[str]], spare: Sequence[str]) -> None:
-    """A table whose words stay whole: where it is too wide, columns of `spare` are left out."""
+    """Print a table, without the first columns of `spare` where it would be too wide."""
     shown = dict(columns)
     for least in spare:
         if sum(max(map(len, (name, *each))) + 2 for name, each in shown.items()) < console.width:
@@ -330,14 +325,14 @@ def show_reasons(
     *,
     pinned: Sequence[tuple[int, Goal]] = (),
 ) -> None:
-    """What each utterance says for a goal.
+    """Print the evidence of each utterance for a goal.
 
     Args:
-        console: Where to.
+        console: Where to print.
         goal: The goal.
         reasons: Of each turn.
-        words: Of each turn the words with their evidence, which colours them; or none.
-        pinned: What the person has confirmed, as in `Belief`; it moves every goal.
+        words: Of each turn, the words with their evidence, which colours them; or none.
+        pinned: The goals that the person confirmed, as in `Belief`; they move every goal.
     """
     console.print(Text("Why ", "bold").append_text(terminal_safe(goal.text)))
     table = Table()
@@ -385,9 +380,13 @@ def show_reasons(
 def show_belief(
     console: Console, belief: Belief, previous: Belief | None = None, *, order: bool = False
 ) -> None:
-    """The likeliest goals, numbered from 1, with their probabilities; arrows against `previous`.
+    """Print the likeliest goals, numbered from 1, with their probabilities.
 
-    Without probabilities where they are no more than an `order` (see `PromptedRanking`).
+    Args:
+        console: Where to print.
+        belief: The belief.
+        previous: An earlier one; arrows show the change since.
+        order: Whether the goals are only ordered (see `PromptedRanking`), without probabilities.
     """
     before = dict(previous.top()) if previous is not None else {}
     full, empty, up, down = "#.^v" if console.options.ascii_only else "█░▲▼"
