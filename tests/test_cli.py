@@ -94,30 +94,23 @@ def rows_file(tmp_path, *rows):
 
 
 @pytest.mark.parametrize(
-    "command",
-    [(), *[(c,) for c in ["chat", "run", "infer", "calibrate", "replay", "episodes", "doctor"]]],
+    ("run", "unused"),
+    [
+        (
+            "",
+            {"numpy", "rich", "jinja2", "wordllama", "goalscope.models.engine", "goalscope.agent"},
+        ),
+        ("app(['--help'], standalone_mode=False)", {"numpy", "rich", "pydantic", "sqlalchemy"}),
+        (
+            "app(['episodes'], standalone_mode=False)",
+            {"numpy", "jinja2", "goalscope.models.engine"},
+        ),
+    ],
+    ids=["nothing", "help", "episodes"],
 )
-def test_help_of_every_command(command):
-    result = invoke(*command, "--help")
-    assert result.exit_code == 0
-    assert "Usage" in result.stdout
-
-
-def test_the_command_loads_nothing_heavy_before_it_is_needed():
-    heavy = {"numpy", "rich", "goalscope.models.engine", "jinja2", "wordllama"}
-    code = f"import sys, goalscope.cli.main; print([m for m in sys.modules if m in {heavy}])"
-    env = os.environ | {"PYTHONPATH": SOURCE}
-    loaded = subprocess.run([sys.executable, "-c", code], env=env, capture_output=True, check=True)
-    assert loaded.stdout.strip() == b"[]"
-
-
-def test_listing_episodes_loads_no_numerics_and_no_prompts(tmp_path):
-    code = (
-        "import sys\n"
-        "from goalscope.cli.main import app\n"
-        f"app(['episodes', '--store', {str(tmp_path / 'e.db')!r}], standalone_mode=False)\n"
-        "print([m for m in sys.modules if m in {'numpy', 'jinja2', 'goalscope.models.engine'}])"
-    )
+def test_a_command_imports_only_what_it_uses(run, unused):
+    code = f"import sys; from goalscope.cli.main import app; {run or 'pass'}\n"
+    code += f"print([m for m in sys.modules if m in {unused}])"
     env = os.environ | {"PYTHONPATH": SOURCE}
     loaded = subprocess.run([sys.executable, "-c", code], env=env, capture_output=True, check=True)
     assert loaded.stdout.splitlines()[-1] == b"[]"
