@@ -244,7 +244,7 @@ def expand_options(command: Callable[..., None]) -> Callable[..., None]:
     hints = get_type_hints(command, include_extras=True)
     for parameter in signature(command).parameters.values():
         hint = hints[parameter.name]
-        if not is_dataclass(hint):
+        if not (isinstance(hint, type) and is_dataclass(hint)):
             expanded.append(parameter.replace(annotation=hint))
             continue
         classes[parameter.name] = hint
@@ -261,7 +261,7 @@ def expand_options(command: Callable[..., None]) -> Callable[..., None]:
             given[name] = options(**{each: given.pop(each) for each in names})
         command(**given)
 
-    call.__signature__ = Signature(expanded)  # pyright: ignore[reportFunctionMemberAccess]
+    call.__signature__ = Signature(expanded)  # pyright: ignore[reportAttributeAccessIssue]
     return call
 
 
