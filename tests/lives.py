@@ -257,7 +257,7 @@ def _command(*words: str) -> None:
     """A command line over the small model; what it shows goes nowhere."""
     from rich.console import Console
 
-    from goalscope.cli import episodes, experiments, main, terminal
+    from goalscope.cli import chat, experiments, main, terminal
     from goalscope.experiment import identity, work
     from goalscope.models import opening
     from test_run import NamedModel
@@ -270,7 +270,7 @@ def _command(*words: str) -> None:
 
     quiet = Console(file=open(os.devnull, "w"))  # noqa: SIM115
     work.opened = identity.opened = opening.open_model = small
-    for module in (episodes, experiments, terminal):
+    for module in (chat, experiments, terminal):
         module.console = lambda **_: quiet
     experiments.show_tables = lambda *_: None
     sys.argv = ["goalscope", *words]

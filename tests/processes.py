@@ -9,7 +9,7 @@ HERE = Path(__file__).parent
 START = """
 import sys
 from contextlib import nullcontext
-import goalscope.cli.settings
+import goalscope.cli.terminal
 from fakes import WordModel
 from goalscope.cli.main import main
 
@@ -18,7 +18,7 @@ class Loud(WordModel):
         print("a stray word")
         return super().token_logprobs(*given, **more)
 
-goalscope.cli.settings.opened_model = lambda *given: nullcontext(Loud())
+goalscope.cli.terminal.opened_model = lambda *given: nullcontext(Loud())
 main()
 """
 

@@ -96,30 +96,23 @@ def rows_file(tmp_path, *rows):
 
 
 @pytest.mark.parametrize(
-    "command",
-    [(), *[(c,) for c in ["chat", "run", "infer", "calibrate", "replay", "episodes", "doctor"]]],
+    ("run", "unused"),
+    [
+        (
+            "",
+            {"numpy", "rich", "jinja2", "wordllama", "goalscope.models.engine", "goalscope.agent"},
+        ),
+        ("app(['--help'], standalone_mode=False)", {"numpy", "rich", "pydantic", "sqlalchemy"}),
+        (
+            "app(['episodes'], standalone_mode=False)",
+            {"numpy", "jinja2", "goalscope.models.engine"},
+        ),
+    ],
+    ids=["nothing", "help", "episodes"],
 )
-def test_help_of_every_command(command):
-    result = invoke(*command, "--help")
-    assert result.exit_code == 0
-    assert "Usage" in result.stdout
-
-
-def test_the_command_loads_nothing_heavy_before_it_is_needed():
-    heavy = {"numpy", "rich", "goalscope.models.engine", "jinja2", "wordllama"}
-    code = f"import sys, goalscope.cli.main; print([m for m in sys.modules if m in {heavy}])"
-    env = os.environ | {"PYTHONPATH": SOURCE}
-    loaded = subprocess.run([sys.executable, "-c", code], env=env, capture_output=True, check=True)
-    assert loaded.stdout.strip() == b"[]"
-
-
-def test_listing_episodes_loads_no_numerics_and_no_prompts(tmp_path):
-    code = (
-        "import sys\n"
-        "from goalscope.cli.main import app\n"
-        f"app(['episodes', '--store', {str(tmp_path / 'e.db')!r}], standalone_mode=False)\n"
-        "print([m for m in sys.modules if m in {'numpy', 'jinja2', 'goalscope.models.engine'}])"
-    )
+def test_a_command_imports_only_what_it_uses(run, unused):
+    code = f"import sys; from goalscope.cli.main import app; {run or 'pass'}\n"
+    code += f"print([m for m in sys.modules if m in {unused}])"
     env = os.environ | {"PYTHONPATH": SOURCE}
     loaded = subprocess.run([sys.executable, "-c", code], env=env, capture_output=True, check=True)
     assert loaded.stdout.splitlines()[-1] == b"[]"
@@ -138,8 +131,11 @@ def test_what_cannot_be_found_is_said_in_one_line(shop, tmp_path):
     assert "goalscope episodes" in fails(2, "chat", "--resume", "nothing")
 
 
-def test_an_unknown_option_is_a_usage_error():
-    assert invoke("run", "--profile", "x", "--speed", "9").exit_code == 2
+def test_a_missing_package_is_named_with_a_remedy_for_a_clone_and_for_a_release(monkeypatch):
+    monkeypatch.setitem(sys.modules, "uvicorn", None)
+    said = fails(1, "serve")
+    assert 'pip install ".[web]"` in a clone' in said
+    assert 'pip install "goalscope[web]"' in said
 
 
 @pytest.mark.parametrize(

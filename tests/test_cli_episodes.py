@@ -3,10 +3,8 @@
 import json
 import os
 import signal
-import sqlite3
 import subprocess
 import time
-from contextlib import closing
 from dataclasses import replace
 from pathlib import Path
 
@@ -16,7 +14,7 @@ import test_cli
 from goalscope.calibration import DEFAULT, PAPER
 from goalscope.calibrations import keep_calibration
 from goalscope.domains import settings_of
-from goalscope.store import Store
+from goalscope.store import Store, new_episode
 from test_cli import MAIN, PROFILES, ROW, SOURCE, fails, invoke, rows_file
 from test_store import a_round
 
@@ -92,20 +90,8 @@ def test_run_prints_the_outcomes_as_json_and_replays(shop, store_file):
     assert (told["id"], len(told["rounds"])) == (outcome["episode"], 4)
     assert sum(told["rounds"][0]["belief"]["probability"]) == pytest.approx(1)
     assert told["rounds"][0]["turn"]["utterance"] in shown
-    end_again(store_file, outcome)
     Path(shop[3]).write_text("")
     assert "checks were met cannot be shown" in invoke("replay", outcome["episode"]).stdout
-
-
-def end_again(store_file, outcome):
-    """Resume an episode whose process ended between its last round and the note of its end."""
-    with closing(sqlite3.connect(store_file)) as file, file:
-        file.execute("UPDATE episodes SET ended = NULL, score = NULL")
-    assert invoke("chat", "--resume", outcome["episode"]).exit_code == 0
-    with Store.open(store_file) as store:
-        info = store.episode(outcome["episode"])
-    assert (info.ended, info.rounds) == ("terminated", outcome["rounds"])
-    assert info.score == outcome["score"]
 
 
 def test_of_many_people_it_is_said_who_is_done_and_the_json_stays_one_value(shop, words):
@@ -135,6 +121,36 @@ def test_a_profile_may_have_any_name(shop, store_file, words, tmp_path):
         (info,) = store.episodes()
     assert checks in invoke("replay", info.id).stdout
     assert "\x1b" not in fails(2, "run", "--profile", "nobody", *shop)
+
+
+@pytest.mark.parametrize("lines", ["", "quit\n", "/help\n/goals\nquit\n"])
+def test_a_chat_in_which_nothing_was_said_is_not_kept(shop, store_file, words, lines):
+    result = invoke("chat", *shop[:2], input=lines)
+    assert result.exit_code == 0, result.output
+    assert "no episode is kept" in result.stderr
+    with Store.open(store_file) as store:
+        assert store.episodes() == []
+
+
+def test_a_correction_before_the_first_round_is_kept(shop, store_file, words):
+    result = invoke("chat", *shop[:2], input="/pin bake a cake\nquit\n")
+    with Store.open(store_file) as store:
+        (info,) = store.episodes()
+        assert (info.rounds, len(store.corrections(info.id, 0))) == (0, 1)
+    assert f"episode {info.id}" in result.stdout
+    assert f"--resume {info.id}" in result.stderr
+    assert "(you confirmed it" in invoke("chat", "--resume", info.id, input="Milk.\n").stdout
+
+
+def test_an_episode_and_its_first_round_are_stored_together_or_not_at_all(store_file):
+    with Store.open(store_file) as store:
+        new = new_episode(domain="grocery", method="good", model="m", task="Shop.")
+        with pytest.raises(ValueError, match="score"):
+            store.append(new["id"], a_round(1), new=new, end=("truncated", 2.0))
+        assert store.episodes() == []
+        store.append(new["id"], a_round(1), new=new, end=("truncated", 1.0))
+        (info,) = store.episodes()
+        assert (info.id, info.rounds, info.score) == (new["id"], 1, 1.0)
 
 
 def test_a_chat_that_ends_early_is_kept_and_goes_on(shop, store_file):

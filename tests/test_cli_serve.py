@@ -62,7 +62,7 @@ def test_what_may_be_a_log_holds_no_key_and_a_restart_keeps_it(tmp_path: Path) -
         assert process.stdout
         address = process.stdout.readline().split()[-1]
         link, place = process.stdout.readline(), process.stdout.readline()
-        key = Path(place.removeprefix("The key stands in ").strip().rstrip(".")).read_text()
+        key = Path(place.removeprefix("The key is kept in ").strip().rstrip(".")).read_text()
         assert key not in link
         bearer = {"authorization": f"Bearer {key}"}
         assert httpx.get(f"{address}api/options", headers=bearer).json()["host"] is True

@@ -71,8 +71,9 @@ def test_nothing_but_a_yes_buys_and_nothing_is_guessed_for_it(chat, answer: str)
     assert not bought(rounds)
 
 
-def test_who_leaves_when_asked_is_asked_again(chat) -> None:
-    _, rounds = chat(COCOA, "buy", "/goals", "quit")
+@pytest.mark.parametrize("leaving", ["quit", "/Exit."])
+def test_who_leaves_when_asked_is_asked_again(chat, leaving: str) -> None:
+    _, rounds = chat(COCOA, "buy", "/goals", leaving, "yes")
     assert said(rounds) == [COCOA, "buy"]
     with Store.open(None) as store:
         (info,) = store.episodes()
@@ -92,12 +93,6 @@ def test_nothing_to_buy_needs_no_word(chat) -> None:
     assert CONFIRM not in shown
     assert "The basket is empty." in shown
     assert not rounds[-1].terminated
-
-
-@pytest.mark.parametrize("leaving", ["quit", "/Exit."])
-def test_one_can_leave_when_asked(chat, leaving: str) -> None:
-    _, rounds = chat(COCOA, "buy", leaving, "yes")
-    assert said(rounds) == [COCOA, "buy"]
 
 
 def test_ctrl_c_within_a_library_that_then_fails_is_ctrl_c() -> None:

@@ -11,7 +11,7 @@ import pytest
 from rich.console import Console
 
 from fakes import LampRoom, WordModel
-from goalscope.cli.why import correct
+from goalscope.cli.chat import correct
 from goalscope.domains import Settings
 from goalscope.session import Session
 from goalscope.store import Store
@@ -69,7 +69,7 @@ CORRECTED = """
 import sys, time
 from rich.console import Console
 from fakes import LampRoom, WordModel
-from goalscope.cli.why import correct
+from goalscope.cli.chat import correct
 from goalscope.domains import Settings
 from goalscope.session import Session
 from goalscope.store import Store

@@ -11,6 +11,7 @@ from rich.console import Console
 
 from goalscope.belief import Belief
 from goalscope.display import (
+    order_in_words,
     show_belief,
     show_episodes,
     show_header,
@@ -22,6 +23,7 @@ from goalscope.display import (
 from goalscope.episode import Round
 from goalscope.models.llamacpp import embedded_path
 from goalscope.models.native import Weights
+from goalscope.orders import Order, Reading
 from goalscope.safe_text import model_shown, terminal_safe
 from goalscope.store import EpisodeInfo
 from goalscope.types import UNSPECIFIED, Action, Goal, GoalChange, StepResult, Turn
@@ -105,6 +107,13 @@ def test_arrows_show_the_change_of_the_same_goal():
     assert "▼" not in unspecified  # unchanged
 
 
+@given(*[st.text(max_size=3)] * 4, st.none() | st.floats(0, 1e6))
+def test_whatever_a_slot_holds_is_shown(what, unit, where, do, quantity):
+    for verb in (do, "put", "undo"):
+        said = order_in_words(Order(verb, what, quantity, unit, where=where))
+        assert where in said
+
+
 def test_beliefs_without_goals_and_without_explanations_are_said():
     impossible = Belief.uniform([CAKE]).observe([-np.inf])
     assert "No goal explains" in drawn(show_round, a_round(belief=impossible))
@@ -160,6 +169,7 @@ def test_hostile_text_is_shown_and_not_obeyed():
         show_round,
         a_round(
             turn=Turn(HOSTILE, HOSTILE),
+            reading=Reading((Order("add", HOSTILE),)),
             belief=Belief.uniform([Goal(HOSTILE)]),
             changes=(GoalChange("added", Goal(HOSTILE), HOSTILE),),
             results=(StepResult(Action(HOSTILE, HOSTILE), True, HOSTILE),),
@@ -168,7 +178,7 @@ def test_hostile_text_is_shown_and_not_obeyed():
         ),
         width=200,
     )
-    assert text.count("[red]x[/red][/]") == 10
+    assert text.count("[red]x[/red][/]") == 11
     assert ":smile:" in text
     assert not set(text) & set("\x1b\x07\r\u202e")
 
@@ -196,8 +206,47 @@ def test_the_frame_of_an_episode():
     told = drawn(show_scores, [(info, None), (other, ["Balloons", "Nappies", "Soap"])])
     assert "unwanted" in told
     assert "3.0" in told.splitlines()[-2]
-    assert drawn(show_unwanted, ["Balloons"]).strip().endswith("welcome: Balloons")
-    assert drawn(show_unwanted, []).strip().endswith("welcome: nothing")
+    unwanted = drawn(show_unwanted, ["Balloons", "Soap"], width=200)
+    assert unwanted.strip().endswith("checks nor its welcome list: Balloons, Soap")
+    assert "Everything in the result is named by" in drawn(show_unwanted, [], width=200)
+
+
+@pytest.mark.parametrize(
+    ("order", "said"),
+    [
+        (Order("put", "mug", where="sink"), "put the mug in the sink"),
+        (Order("put", "cups", where="coffee table"), "put the cups on the coffee table"),
+        (Order("put", "my mug", where="under the sink"), "put my mug under the sink"),
+        (Order("put", "big spoon", where="me"), "bring the big spoon to me"),
+        (Order("put", "pillows", 2, where="bed"), "put 2 pillows on the bed"),
+        (Order("turn off", "lights"), "turn off the lights"),
+        (Order("fill", "lantern", for_="paraffin"), "fill the lantern with paraffin"),
+        (Order("add", "lemons", 3), "add 3 lemons"),
+        (Order("add", "milk", 2.5, "litre"), "add 2.5 litres of milk"),
+        (Order("add", "eggs", 0.5, "dozen"), "add 0.5 dozen eggs"),
+        (Order("add", "paracetamol", 2, "box"), "add 2 boxes of paracetamol"),
+        (Order("add", "leg of lamb", 2, "kg"), "add 2 kg of leg of lamb"),
+        (Order("set", "kvass", 2, "loaf"), "set kvass to 2 loaves"),
+        (Order("swap", "celery", for_="celeriac"), "swap celery for celeriac"),
+        (Order("add", "jam", if_="it is cheap"), "add jam, if it is cheap"),
+        (
+            Order("avoid", "nuts", for_="Nina", why="allergy"),
+            "nothing with nuts (for Nina, allergy)",
+        ),
+        (Order("only", "vegan"), "only what is vegan"),
+        (Order("budget", quantity=30, unit="pound"), "spend at most 30 pounds"),
+        (Order("undo"), "undo the last change"),
+        (Order("undo", quantity=2), "undo the last 2 changes"),
+        (Order("undo", "milk"), "undo milk"),
+        (Order("ask", "eggs"), "a question about eggs"),
+        (Order("ask"), "a question"),
+        (Order("move", "gym", where="6 in the evening"), "move gym at 6 in the evening"),
+        (Order("buy"), "buy"),
+    ],
+)
+def test_an_order_is_shown_in_words(order, said):
+    assert order_in_words(order) == said
+    assert f"- {said}" in drawn(show_round, a_round(reading=Reading((order,))))
 
 
 EPISODE = EpisodeInfo(

@@ -319,7 +319,7 @@ def test_a_file_that_a_stored_episode_names_is_run_only_if_the_user_names_it(
         (None, "Is there such a file"),
         ("def open_environment(profile): ...", "the function load_profiles is missing"),
         ("open_environment = load_profiles = 1", "the function open_environment is missing"),
-        ("x = 1\ndef f(:", r"own.py, line 2: .*syntax.*\. Mend the file"),
+        ("x = 1\ndef f(:", r"own.py, line 2: .*syntax.*\. Correct the file"),
         ("x = 1\nimport no_such_thing", r"line 2: ModuleNotFoundError: No module named 'no_such"),
         ("def f():\n    return nothing\nf()", "line 2: NameError: name 'nothing' is not defined"),
         ("import json\n\njson.loads('')", "line 3: JSONDecodeError: Expecting value"),

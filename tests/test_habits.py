@@ -8,7 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from fakes import LampRoom, WordModel, said
-from goalscope.cli import episodes as cli_episodes
+from goalscope.cli import chat as cli_chat
 from goalscope.dialog import SimulatedHuman, completes
 from goalscope.domains import Settings, settings_of
 from goalscope.envs.grocery import Catalogue, GroceryShop
@@ -250,5 +250,5 @@ def test_the_command_line_knows_every_person() -> None:
         parts = typing.get_args(hint)
         return {name for part in parts for name in (literals(part) or {part})}
 
-    offered = literals(typing.get_type_hints(cli_episodes.run)["human"])
+    offered = literals(typing.get_type_hints(cli_chat.run)["human"])
     assert offered | {"you"} == literals(typing.get_type_hints(Settings)["human"])

@@ -1,4 +1,4 @@
-"""Rounds drawn in a terminal. What people, models and catalogues wrote is shown as plain text."""
+"""Rounds drawn in a terminal. Text from people, models and catalogues is printed as plain text."""
 
 from __future__ import annotations
 
@@ -13,20 +13,21 @@ from rich.panel import Panel
 from rich.table import Table
 from rich.text import Text
 
-from goalscope.orders import orders_to_text
 from goalscope.safe_text import domain_shown, model_shown, terminal_safe
 from goalscope.types import TRACKING, UNSPECIFIED, Goal
 
 if TYPE_CHECKING:
     from goalscope.belief import Belief
     from goalscope.episode import Round
+    from goalscope.orders import Order
     from goalscope.store import EpisodeInfo
     from goalscope.why import Reason
 
     Scored = tuple[EpisodeInfo, Sequence[str] | None]
-    """An episode, and what was unwanted in its end, where the profile says what is welcome."""
+    """An episode, and what is unwanted in its result, where the profile says what is welcome."""
 
 __all__ = [
+    "order_in_words",
     "show_belief",
     "show_checks",
     "show_done",
@@ -35,7 +36,6 @@ __all__ = [
     "show_reasons",
     "show_round",
     "show_scores",
-    "show_status",
     "show_summary",
     "show_understood",
     "show_unwanted",
@@ -45,9 +45,51 @@ BAR = 20
 SHOWN = 8
 LEAST_CHANGE = 0.01  # chance of a change of mind
 
+ACTS = {
+    "avoid": "nothing with {what}",
+    "only": "only what is {what}",
+    "budget": "spend at most {amount}",
+    "undo": "undo the last change",
+    "ask": "a question",
+    "aim": "an aim",
+    "none": "nothing to act on",
+}
+"""Orders in words by their dialogue act, where the generic form reads badly."""
+
+HANDLING = {
+    "put", "pick up", "open", "close", "turn on", "turn off", "fill", "empty", "slice", "cook",
+    "clean", "break", "push", "pull", "leave",
+}  # fmt: skip
+"""Verbs for things that are there, which take an article."""
+
+DETERMINED = {
+    "a", "all", "an", "another", "any", "both", "each", "every", "everything", "first", "her",
+    "his", "it", "its", "last", "me", "my", "one", "our", "some", "that", "the", "their",
+    "them", "these", "this", "those", "us", "your",
+}  # fmt: skip
+"""First words of a name that takes no article."""
+
+PEOPLE = ("me", "him", "her", "us", "them")
+
+SURFACES = {
+    "armchair", "balcony", "bed", "bench", "chair", "counter", "couch", "countertop", "desk",
+    "dresser", "floor", "hanger", "holder", "ledge", "mat", "nightstand", "patio", "plate",
+    "rack", "radiator", "saucer", "shelf", "sofa", "stand", "stool", "stove", "table", "tray",
+    "wall", "windowsill", "worktop",
+}  # fmt: skip
+"""Places on which things are put; others are taken for places in which they are."""
+
+PLACED = {
+    "above", "against", "along", "around", "at", "away", "back", "behind", "beside", "between",
+    "by", "down", "downstairs", "here", "in", "inside", "into", "left", "near", "next", "off",
+    "on", "onto", "opposite", "out", "outside", "over", "right", "there", "to", "under",
+    "underneath", "up", "upstairs", "where",
+}  # fmt: skip
+"""First words of a place that needs no further preposition."""
+
 
 def show_header(console: Console, info: EpisodeInfo) -> None:
-    """What runs: the domain, the person, the method and the model."""
+    """Print the episode's domain, person, method, model and task."""
     person = info.profile or "you"
     domain, model = domain_shown(info.domain), model_shown(info.model)
     line = f"episode {info.id} | {domain} | {person} | {info.method} | {model}"
@@ -55,15 +97,10 @@ def show_header(console: Console, info: EpisodeInfo) -> None:
 
 
 def show_round(
-    console: Console,
-    round: Round,
-    previous: Belief | None = None,
-    *,
-    transcript: bool = True,
-    order: bool = False,
+    console: Console, round: Round, previous: Belief | None = None, *, order: bool = False
 ) -> None:
     """Draw one round; see `show_understood`."""
-    show_understood(console, round, previous, transcript=transcript, order=order)
+    show_understood(console, round, previous, order=order)
     show_done(console, round)
 
 
@@ -75,11 +112,11 @@ def show_understood(
     transcript: bool = True,
     order: bool = False,
 ) -> None:
-    """Draw what the words were taken for, and the belief after them.
+    """Draw how the utterance was read, and the belief after it.
 
     Args:
-        console: Where to.
-        round: What happened.
+        console: Where to print.
+        round: The round.
         previous: The belief before the round, for the arrows beside the bars.
         transcript: Whether to show the turn, which a person at this terminal has just typed.
         order: See `show_belief`.
@@ -89,7 +126,7 @@ def show_understood(
         _rows(console, [(Text("Agent", "cyan"), terminal_safe(round.turn.query))])
         _rows(console, [(Text("Human", "magenta"), terminal_safe(round.turn.utterance))])
     if round.reading is not None:
-        read = orders_to_text(round.reading.orders).splitlines()
+        read = map(order_in_words, round.reading.orders)
         _rows(console, [(Text("-", "dim"), terminal_safe(line)) for line in read], "Understood")
     if round.belief is not None:
         show_belief(console, round.belief, previous, order=order)
@@ -109,8 +146,67 @@ def show_understood(
     )
 
 
+def order_in_words(order: Order) -> str:
+    """An order for people: put the mug in the sink, add 3 lemons."""
+    what, amount = order.what, ""
+    if order.quantity is not None:
+        amount = f"{order.quantity:.3f}".rstrip("0").rstrip(".")
+        if order.unit:
+            amount += f" {_counted(order.unit, order.quantity)}"
+    if order.do in ACTS and not (order.do in ("ask", "undo") and (what or amount)):
+        text = ACTS[order.do].format(what=what, amount=amount)
+    elif order.do == "ask":
+        text = f"a question about {what}"
+    elif order.do == "undo":
+        text = f"undo {what}" if what else f"undo the last {amount} changes"
+    elif order.do == "set":
+        text = f"set {what} to {amount}"
+    else:
+        named = _the(what) if what and order.do in HANDLING else what
+        if amount:
+            named = f"{amount} of {what}" if order.unit not in ("", "dozen") else f"{amount} {what}"
+        text = f"{order.do} {named}".strip()
+    if order.where in PEOPLE and order.do == "put":
+        text = text.replace("put", "bring", 1)
+    if order.where:
+        text += f" {_place(order.where)}"
+    preposition = {"swap": "for", "fill": "with"}.get(order.do)
+    if order.for_ and preposition:
+        text += f" {preposition} {order.for_}"
+    notes = [f"for {order.for_}"] if order.for_ and not preposition else []
+    notes += [order.why] if order.why else []
+    text += f" ({', '.join(notes)})" if notes else ""
+    return f"{text}, if {order.if_}" if order.if_ else text
+
+
+def _counted(unit: str, quantity: float) -> str:
+    """A unit in the number of its quantity; abbreviations and "dozen" have one form."""
+    if quantity == 1 or len(unit) < 3 or unit.endswith("s") or unit == "dozen":
+        return unit
+    if unit == "loaf":
+        return "loaves"
+    return unit + ("es" if unit.endswith(("ch", "sh", "x")) else "s")
+
+
+def _place(where: str) -> str:
+    """A place with its preposition: "in the sink", "on the table", "to me", "next to it"."""
+    words = where.casefold().split() or [""]
+    if words[0] in PLACED:
+        return where
+    if where in PEOPLE:
+        return f"to {where}"
+    if words[0][:1].isdigit():
+        return f"at {where}"
+    return f"{'on' if words[-1] in SURFACES else 'in'} {_the(where)}"
+
+
+def _the(name: str) -> str:
+    """A thing that is there, with its article."""
+    return name if {*name.casefold().split()[:1]} & DETERMINED else f"the {name}"
+
+
 def show_done(console: Console, round: Round) -> None:
-    """Draw what was done in a round, how things stand, and the notes."""
+    """Draw the actions of a round, the status after them, and the notes."""
     _rows(
         console,
         [
@@ -125,17 +221,13 @@ def show_done(console: Console, round: Round) -> None:
         f"Actions (planned anew {round.replans}x)" if round.replans else "Actions",
     )
     if round.status:
-        show_status(console, round.status)
+        status = terminal_safe(round.status)
+        console.print(Panel(status, title="Status", title_align="left", style="dim"))
     _rows(console, [(Text("!", "yellow"), terminal_safe(note)) for note in round.notes])
 
 
-def show_status(console: Console, status: str) -> None:
-    """Print how things stand."""
-    console.print(Panel(terminal_safe(status), title="Status", title_align="left", style="dim"))
-
-
 def show_summary(console: Console, info: EpisodeInfo, seconds: float | None = None) -> None:
-    """How an episode ended."""
+    """Print how an episode ended."""
     score = "" if info.score is None else f", score {info.score:.2f}"
     took = "" if seconds is None else f", {seconds:.1f} s"
     noun = "round" if info.rounds == 1 else "rounds"
@@ -145,7 +237,7 @@ def show_summary(console: Console, info: EpisodeInfo, seconds: float | None = No
 
 
 def show_checks(console: Console, checks: Sequence[Mapping[str, Any]], met: Sequence[bool]) -> None:
-    """Which of a profile's checks are met."""
+    """Print which of a profile's checks are met."""
     rows = [
         (
             _mark(console, ok),
@@ -157,13 +249,15 @@ def show_checks(console: Console, checks: Sequence[Mapping[str, Any]], met: Sequ
 
 
 def show_unwanted(console: Console, unwanted: Sequence[str]) -> None:
-    """What nobody asked for, and nobody would have liked."""
-    told = ", ".join(unwanted) or "nothing"
-    console.print(terminal_safe(f"Neither asked for nor welcome: {told}", "dim"), soft_wrap=True)
+    """Print what neither the profile's checks nor its `welcome` list names."""
+    text = "Everything in the result is named by the profile's checks or its welcome list."
+    if unwanted:
+        text = f"Named by neither the profile's checks nor its welcome list: {', '.join(unwanted)}"
+    console.print(terminal_safe(text, "dim"), soft_wrap=True)
 
 
 def show_scores(console: Console, scored: Sequence[Scored]) -> None:
-    """One line a profile, and the mean; things that were unwanted, where a profile tells."""
+    """Print a table of profiles with the mean score, and the unwanted things where known."""
     scores = [info.score for info, _ in scored if info.score is not None]
     counts = [len(unwanted) for _, unwanted in scored if unwanted is not None]
     table = Table("profile", "ended", "episode")
@@ -182,7 +276,7 @@ def show_scores(console: Console, scored: Sequence[Scored]) -> None:
 
 
 def show_episodes(console: Console, infos: Sequence[EpisodeInfo]) -> None:
-    """A table of stored episodes; a narrow terminal leaves out some of its columns."""
+    """Print a table of stored episodes, with fewer columns on a narrow terminal."""
     if not infos:
         console.print("No episode is stored yet. `goalscope chat` begins one.")
         return
@@ -207,7 +301,7 @@ def show_episodes(console: Console, infos: Sequence[EpisodeInfo]) -> None:
 
 
 def _columns(console: Console, columns: Mapping[str, Sequence[str]], spare: Sequence[str]) -> None:
-    """A table whose words stay whole: where it is too wide, columns of `spare` are left out."""
+    """Print a table, without the first columns of `spare` where it would be too wide."""
     shown = dict(columns)
     for least in spare:
         if sum(max(map(len, (name, *each))) + 2 for name, each in shown.items()) < console.width:
@@ -231,14 +325,14 @@ def show_reasons(
     *,
     pinned: Sequence[tuple[int, Goal]] = (),
 ) -> None:
-    """What each utterance says for a goal.
+    """Print the evidence of each utterance for a goal.
 
     Args:
-        console: Where to.
+        console: Where to print.
         goal: The goal.
         reasons: Of each turn.
-        words: Of each turn the words with their evidence, which colours them; or none.
-        pinned: What the person has confirmed, as in `Belief`; it moves every goal.
+        words: Of each turn, the words with their evidence, which colours them; or none.
+        pinned: The goals that the person confirmed, as in `Belief`; they move every goal.
     """
     console.print(Text("Why ", "bold").append_text(terminal_safe(goal.text)))
     table = Table()
@@ -286,9 +380,13 @@ def show_reasons(
 def show_belief(
     console: Console, belief: Belief, previous: Belief | None = None, *, order: bool = False
 ) -> None:
-    """The likeliest goals, numbered from 1, with their probabilities; arrows against `previous`.
+    """Print the likeliest goals, numbered from 1, with their probabilities.
 
-    Without probabilities where they are no more than an `order` (see `PromptedRanking`).
+    Args:
+        console: Where to print.
+        belief: The belief.
+        previous: An earlier one; arrows show the change since.
+        order: Whether the goals are only ordered (see `PromptedRanking`), without probabilities.
     """
     before = dict(previous.top()) if previous is not None else {}
     full, empty, up, down = "#.^v" if console.options.ascii_only else "█░▲▼"

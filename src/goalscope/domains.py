@@ -1,4 +1,4 @@
-"""The domains of Sec. 4.2, and what makes an episode in one of them what it is."""
+"""The domains of Sec. 4.2 and those of users, and the settings of an episode."""
 
 from __future__ import annotations
 
@@ -46,12 +46,12 @@ THOR_SCENE = "FloorPlan1"
 
 @dataclass(frozen=True, slots=True)
 class Settings:
-    """Everything that makes an episode what it is; stored with it.
+    """The settings of an episode, which are stored with it.
 
     Attributes:
         domain: "grocery", "house", or a file (see `load_domain`).
-        human: Who answers: "you" at the terminal, the profile's "scripted" or "simulated" one, or
-            a simulated one with a `Habit`.
+        human: "you" at the terminal, or a person with a profile: "scripted", "simulated", or
+            simulated with a `Habit`.
         method: See `Agent`.
         model: See `open_model`, as for the next four; None for the embedded model.
         generator: Writes, if not `model`.
@@ -62,14 +62,14 @@ class Settings:
         catalogue: CSV file of the shop; None for the one of the domain.
         columns: Which heading of that file holds what.
         scene: Name or file of the house's scene; None for the profile's, or the first.
-        simulator: What the house runs in: "house", the embedded one, or AI2-THOR ("thor").
-        unity: Program that AI2-THOR is to start; None for its own build.
+        simulator: The embedded house, or AI2-THOR ("thor").
+        unity: Program that AI2-THOR starts; None for its own build.
         layout: See `Agent`, as for the next one.
         end_of_turn: Whether the end of the utterance is scored.
         calibration: Name or file of one; None for that of `Agent`.
         propose: See `Agent`.
-        prompted: Modules that the paper's prompts do, whatever the model was taught.
-        seed: Seed of everything that is drawn.
+        prompted: Modules that use the paper's prompts, whatever the model was taught.
+        seed: Seed of all random draws.
         rounds: Most rounds.
     """
 
@@ -97,7 +97,7 @@ class Settings:
 
 
 def settings_of(stored: Mapping[str, Any]) -> Settings:
-    """The settings that an episode was stored with, less what concerns tracking alone."""
+    """The settings that an episode was stored with, without those of tracking."""
     given: dict[str, Any] = {key: value for key, value in stored.items() if key != TRACKING}
     given["prompted"] = tuple(given.get("prompted", ()))
     return Settings(**given)
@@ -108,7 +108,7 @@ def load_domain(name: str) -> str:
 
     A file of Python is run. It must have functions `open_environment(profile)`, where the profile
     may be None, and `load_profiles(path)`, where None stands for its own people; it may have
-    `open_planner(model, seed)`. What a stored episode names is never run by itself.
+    `open_planner(model, seed)`. A file that only a stored episode names is never run.
 
     Args:
         name: "grocery", "house" or a file.
@@ -130,7 +130,7 @@ def load_domain(name: str) -> str:
         spec.loader.exec_module(module)
     except (Exception, SystemExit) as error:  # whatever it runs into
         del sys.modules[spec.name]
-        raise InvalidInputError(f"{name}{_where(error, path)}. Mend the file.") from error
+        raise InvalidInputError(f"{name}{_where(error, path)}. Correct the file.") from error
     for function in ("open_environment", "load_profiles"):
         if not callable(getattr(module, function, None)):
             raise InvalidInputError(f"{name}: the function {function} is missing.")
@@ -139,7 +139,7 @@ def load_domain(name: str) -> str:
 
 
 def _where(error: BaseException, file: Path) -> str:
-    """The line of the file at which it could not be run, and why."""
+    """The line of the file that failed, and why."""
     if isinstance(error, SyntaxError) and error.filename == str(file):
         return f", line {error.lineno}: {error.msg}"
     lines = [
@@ -164,7 +164,7 @@ def _own(domain: str) -> Any:
 
 
 def open_environment(settings: Settings, profile: Profile | None = None) -> Environment:
-    """The shop with its catalogue, the home robot in its scene or the profile's, or one's own."""
+    """Open the shop, the home robot in the settings' scene or the profile's, or a user's domain."""
     if settings.domain not in get_args(Domain):
         found = _own(settings.domain).open_environment(profile)
         if not isinstance(found, Environment):
@@ -208,7 +208,7 @@ def open_environment(settings: Settings, profile: Profile | None = None) -> Envi
 def _stock(
     path: str | None, columns: tuple[tuple[str, str], ...], changed: int
 ) -> tuple[Catalogue, Search]:
-    """What all shops of one catalogue share; another one where the file has been `changed`."""
+    """What all shops of one catalogue share, until the file is `changed`."""
     from goalscope.envs.grocery import Catalogue
     from goalscope.envs.grocery.search import Search
 
@@ -217,7 +217,7 @@ def _stock(
 
 
 def modules_for(settings: Settings, model: Model) -> Modules:
-    """Who proposes, removes, plans and asks in the domain."""
+    """The modules that propose, remove, plan and ask in the domain."""
     found = modules_of(model, settings.prompted)
     own = None
     if settings.domain not in get_args(Domain):
@@ -226,13 +226,13 @@ def modules_for(settings: Settings, model: Model) -> Modules:
 
 
 def roleplay_of(settings: Settings, model: Model) -> RolePlay:
-    """What weighs a person's words."""
+    """The role-play likelihood of an episode."""
     layout = settings.layout or DEFAULT_LAYOUT
     return RolePlay(model, layout=layout, end_of_turn=settings.end_of_turn)
 
 
 def profiles_of(settings: Settings) -> tuple[Profile, ...]:
-    """The people of the domain, or of the settings' file.
+    """The profiles of the domain, or of the settings' file.
 
     Raises:
         InvalidInputError: The file is none of this domain's profiles.
@@ -247,7 +247,7 @@ def profiles_of(settings: Settings) -> tuple[Profile, ...]:
 
 
 def profile_named(settings: Settings, name: str) -> Profile:
-    """The domain's person of this name.
+    """The domain's profile of this name.
 
     Raises:
         InvalidInputError: There is none.

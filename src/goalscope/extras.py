@@ -45,5 +45,8 @@ def package(
 
 
 def remedy(extra: str) -> str:
-    """What to run for the packages of an extra: from the registry, and in a copy of the source."""
-    return f'`pip install "goalscope[{extra}]"`, or in its source folder `pip install ".[{extra}]"`'
+    """What to run for the packages of an extra: in a clone, and with a released package."""
+    return (
+        f'`pip install ".[{extra}]"` in a clone of its repository, or `pip install '
+        f'"goalscope[{extra}]"` if you have a released package'
+    )

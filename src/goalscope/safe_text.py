@@ -1,4 +1,4 @@
-"""Text from people, models, catalogues and scenes, as a terminal may show it."""
+"""Text from people, models, catalogues and scenes, made safe for a terminal."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from rich.text import Text
 __all__ = ["domain_shown", "model_shown", "terminal_safe"]
 
 SHOWN = {"Smollm2 135M 8k Lc100K Mix1 Ep2": "SmolLM2-135M-Instruct"}
-"""What people call models that their files, and so episodes and calibrations, call otherwise."""
+"""The known names of models whose files, and so episodes and calibrations, name them otherwise."""
 
 HIDDEN = {"Cc", "Cf", "Cs", "Co", "Zl", "Zp"}  # control, format (bidi), surrogates, separators
 

@@ -1,11 +1,12 @@
-"""An episode that is stored while it runs, so that it can go on after any interruption."""
+"""An episode that is stored while it runs, so that it can be resumed after any interruption."""
 
 from __future__ import annotations
 
+import json
 import shlex
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator
 from dataclasses import asdict, replace
-from typing import get_args
+from typing import Any, get_args
 
 from goalscope.agent import Agent, run_episode
 from goalscope.belief import Belief
@@ -23,7 +24,7 @@ from goalscope.envs import Environment
 from goalscope.episode import Round
 from goalscope.habits import habitual
 from goalscope.models import Model, OnText, model_name
-from goalscope.store import Ended, EpisodeInfo, Store
+from goalscope.store import EpisodeInfo, Store, new_episode
 from goalscope.tracker import Correction
 from goalscope.types import TRACKING, Goal, GoalChange, InvalidInputError, Turn, pluralize
 
@@ -31,18 +32,18 @@ __all__ = ["Session", "more_rounds", "resuming", "saved_settings"]
 
 
 def resuming(info: EpisodeInfo) -> str:
-    """The command that goes on with an episode; a domain that is a file must be named again."""
+    """The command that resumes an episode; a domain that is a file must be named again."""
     own = [] if info.domain in get_args(Domain) else [info.domain]
     return shlex.join(["goalscope", "chat", *own, "--resume", info.id])
 
 
 def more_rounds(info: EpisodeInfo, rounds: int) -> str:
-    """How an episode goes on that has had its `rounds`."""
+    """How to resume an episode that has had its `rounds`."""
     return f"To go on, say `{resuming(info)} --rounds {2 * rounds}`."
 
 
 def saved_settings(info: EpisodeInfo, *, rounds: int | None = None) -> Settings:
-    """The settings of a stored episode that is to go on.
+    """The settings with which a stored episode is resumed.
 
     Args:
         info: The episode.
@@ -52,7 +53,9 @@ def saved_settings(info: EpisodeInfo, *, rounds: int | None = None) -> Settings:
         InvalidInputError: The episode is complete, has had all its rounds, or is another program's.
     """
     if info.domain == TRACKING:
-        raise InvalidInputError(f"In episode {info.id} another program talks, and only it goes on.")
+        raise InvalidInputError(
+            f"Episode {info.id} belongs to another program, and only that one can go on with it."
+        )
     settings = settings_of(info.settings)
     if rounds is not None:
         settings = replace(settings, rounds=rounds)
@@ -69,10 +72,11 @@ def saved_settings(info: EpisodeInfo, *, rounds: int | None = None) -> Settings:
 
 
 class Session:
-    """One episode on its way into the store.
+    """One episode, which is stored with its first round and grows in the store round by round.
 
     Attributes:
         id: The episode's id in the store.
+        profile: The simulated person; None for a real one.
         earlier: Rounds that a resumed episode had before.
     """
 
@@ -91,21 +95,21 @@ class Session:
         draft: OnText | None = None,
         understood: Callable[[Round], None] | None = None,
     ) -> None:
-        """Begin an episode, or continue one.
+        """Begin an episode, or resume one.
 
         Args:
             store: Keeps the rounds.
             settings: What is to run.
-            env: Where; it is reset.
+            env: Where the agent acts; it is reset.
             model: Writes and scores.
-            profile: Name of the simulated person; needed to `run` without a person.
-            read: Shows a query to the person at the terminal, and returns their words; needed to
-                `run` with one.
+            profile: Name of the simulated person; `run` needs it unless the human is "you".
+            read: Shows a query to the person at the terminal and returns their words; `run` needs
+                it if the human is "you".
             owner: Whose episode it is, on the web page.
-            resume: The stored episode to continue.
-            progress: Is told what the agent does, as for `Agent`.
-            draft: Is told each question that it writes, as for `Agent`.
-            understood: Is told each round before the agent acts, as for `Agent`.
+            resume: The stored episode to resume.
+            progress: See `Agent`, as for the next two.
+            draft: Called with the query as it is being written.
+            understood: Called with each round before the agent acts.
 
         Raises:
             InvalidInputError: There is no such profile, or no other one whose goal they could
@@ -129,13 +133,14 @@ class Session:
         self._human = self._make_human(model, read)
         self.earlier = store.rounds(resume.id) if resume else []
         self._agent.resume(self.earlier)
-        said = store.corrections(resume.id, len(self.earlier)) if resume else []
-        for correction, goal, text in said:
+        corrections = store.corrections(resume.id, len(self.earlier)) if resume else []
+        for correction, goal, text in corrections:
             self._agent.correct(correction, Goal(goal), text)
-        self.id = (
-            resume.id
-            if resume
-            else store.begin(
+        self._new: dict[str, Any] | None = None
+        if resume:
+            self.id = resume.id
+        else:
+            self._new = new_episode(
                 domain=settings.domain,
                 profile=profile,
                 owner=owner,
@@ -144,23 +149,34 @@ class Session:
                 task=env.task,
                 settings=asdict(settings),
             )
-        )
+            self.id = str(self._new["id"])
+
+    @property
+    def is_stored(self) -> bool:
+        """Whether the store has the episode: once there is a round, a correction, or `begin`."""
+        return self._new is None
 
     @property
     def info(self) -> EpisodeInfo:
-        """What the store knows of the episode."""
-        return self._store.episode(self.id)
+        """What the store knows of the episode, or will know once it is stored."""
+        if self._new is None:
+            return self._store.episode(self.id)
+        row = {**self._new, "settings": json.loads(self._new["settings"])}
+        return EpisodeInfo(**row, ended=None, score=None, rounds=0)
+
+    def begin(self) -> None:
+        """Store the episode now, not only with its first round."""
+        if self._new is not None:
+            self._store.add(self._new)
+            self._new = None
 
     def run(self) -> Iterator[Round]:
-        """Yield each new round as soon as it is on disk; afterwards the episode has its end."""
+        """Yield each new round as soon as it is on disk."""
         if self._human is None:
             raise ValueError("a person at the terminal needs a `read` function")
         for round in run_episode(self._agent, self._human, max_rounds=self._settings.rounds):
             self._keep(round)
             yield round
-        if self.info.ended is None:
-            ended, score = self._end(self.rounds)
-            self._store.finish(self.id, ended=ended, score=score)
 
     def ask(self) -> str:
         """See `Agent.ask`."""
@@ -171,18 +187,19 @@ class Session:
         return self._agent.step(query, utterance, confirmed=confirmed, keep=self._keep)
 
     def _keep(self, round: Round) -> None:
-        ends = round.terminated or round.number >= self._settings.rounds
-        self._store.append(self.id, round, end=self._end([round]) if ends else None)
-
-    def _end(self, rounds: Sequence[Round]) -> tuple[Ended, float | None]:
-        met = self.checks_met()
-        ended = "terminated" if rounds and rounds[-1].terminated else "truncated"
-        return ended, sum(met) / len(met) if met else None
+        end = None
+        if round.terminated or round.number >= self._settings.rounds:
+            met = self.checks_met()
+            score = sum(met) / len(met) if met else None
+            end = "terminated" if round.terminated else "truncated", score
+        self._store.append(self.id, round, new=self._new, end=end)
+        self._new = None
 
     def correct(self, correction: Correction, goal: Goal, text: str = "") -> Belief:
         """See `Agent.correct`; it is on disk before it is shown."""
         belief = self._agent.correct(correction, goal, text)
         try:
+            self.begin()
             self._store.correct(self.id, len(self._agent.rounds), (correction, goal.text, text))
         except BaseException:
             self._agent.undo_correction()
@@ -197,17 +214,17 @@ class Session:
 
     @property
     def corrections(self) -> list[GoalChange]:
-        """What the person said of the goals themselves since the last round."""
+        """The corrections of the goals since the last round."""
         return self._agent.corrections
 
     @property
     def can_undo_correction(self) -> bool:
-        """Whether there is a correction to take back."""
+        """Whether there is a correction to undo."""
         return self._agent.can_undo_correction
 
     @property
     def belief(self) -> Belief | None:
-        """The belief as it is now; None for the method that holds none."""
+        """The present belief; None for a method without one."""
         return self._agent.tracker.belief if self._agent.tracker else None
 
     @property
@@ -225,7 +242,7 @@ class Session:
         return self._env.checks_met(self.profile) if self.profile else []
 
     def unwanted(self) -> list[str] | None:
-        """What came about that neither a check nor `welcome` asks for; None if there is no list."""
+        """What neither the profile's checks nor its `welcome` list names; None without a list."""
         profile = self.profile
         return self._env.unwanted(profile) if profile and profile.welcome else None
 

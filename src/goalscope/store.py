@@ -23,7 +23,7 @@ from goalscope.episode import Round
 from goalscope.rounds_json import dumps, round_from_json, round_to_json, turn_like
 from goalscope.types import ConflictError, GoalscopeError, InvalidInputError
 
-__all__ = ["Ended", "EpisodeInfo", "Store"]
+__all__ = ["Ended", "EpisodeInfo", "Store", "new_episode"]
 
 Ended = Literal["terminated", "truncated"]
 """How an episode ended: task complete, or out of rounds."""
@@ -166,15 +166,20 @@ class Store:
             settings=settings,
             owner=owner,
         )
-        with self.writing() as connection:
-            connection.execute(EPISODES.insert(), values)
+        self.add(values)
         return values["id"]
+
+    def add(self, episode: Mapping[str, Any]) -> None:
+        """Store an episode that `new_episode` made."""
+        with self.writing() as connection:
+            connection.execute(EPISODES.insert(), episode)
 
     def append(
         self,
         id: str,
         round: Round,
         *,
+        new: Mapping[str, Any] | None = None,
         after: Round | Mapping[str, Any] | None = None,
         end: tuple[Ended, float | None] | None = None,
     ) -> None:
@@ -183,6 +188,7 @@ class Store:
         Args:
             id: Of the episode.
             round: The round.
+            new: The episode, of `new_episode`, if it is stored only with this round.
             after: What must still be stored: the newest round, or the settings.
             end: How the episode ends with it, and its score; as for `finish`.
 
@@ -192,6 +198,8 @@ class Store:
         """
         values = {"episode": id, "number": round.number, "json": round_to_json(round)}
         with self.writing() as connection:
+            if new:
+                connection.execute(EPISODES.insert(), new)
             if isinstance(after, Round):
                 _require_newest(connection, id, after)
             elif after is not None:

@@ -1,310 +1,29 @@
-"""`goalscope chat`, `run`, `replay` and `episodes`: episodes with people, real and simulated."""
+"""`goalscope episodes`, `replay` and `why`: what stored episodes hold."""
 
 from __future__ import annotations
 
 import json
-from collections.abc import Callable, Generator, Sequence
-from contextlib import contextmanager
+from collections.abc import Sequence
 from dataclasses import asdict
-from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any, Literal
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from goalscope.cli.options import (
-    Adapter,
-    CalibrationName,
-    Calls,
-    Catalogue,
-    Columns,
-    Domain,
-    EndOfTurn,
-    Json,
-    Layout,
-    Method,
-    Model,
-    Picture,
-    Prompted,
-    Propose,
-    Scene,
-    Scorer,
-    Seed,
-    Simulator,
-    StoreFile,
-    Tokenizer,
-    Unity,
-    Writer,
-)
-from goalscope.cli.settings import check_picture, engine_of, settings_given
-from goalscope.cli.terminal import console, spinner
+from goalscope.cli.options import Json, StoreFile
+from goalscope.cli.terminal import console, settings_model
 from goalscope.types import GoalscopeError, InvalidInputError, pluralize
 
 if TYPE_CHECKING:
     from rich.console import Console
 
-    from goalscope.display import Scored
-    from goalscope.domains import Settings
-    from goalscope.envs import Environment
+    from goalscope.belief import Belief
     from goalscope.episode import Round
-    from goalscope.session import Session
-    from goalscope.store import EpisodeInfo
-    from goalscope.types import Profile
+    from goalscope.store import EpisodeInfo, Store
+    from goalscope.types import Goal, Turn
 
-__all__ = ["chat", "episodes", "replay", "run"]
+__all__ = ["episodes", "replay", "why"]
 
-
-def chat(
-    context: typer.Context,
-    domain: Domain = "grocery",
-    resume: Annotated[str | None, typer.Option(metavar="ID", help="Continue an episode.")] = None,
-    method: Method = "good",
-    model: Model = None,
-    generator: Writer = None,
-    scorer: Scorer = None,
-    tokenizer: Tokenizer = None,
-    adapter: Adapter = None,
-    catalogue: Catalogue = None,
-    column: Columns = None,
-    scene: Scene = None,
-    simulator: Simulator = "house",
-    unity: Unity = None,
-    picture: Picture = None,
-    layout: Layout = None,
-    end_of_turn: EndOfTurn = False,
-    calibration: CalibrationName = None,
-    propose: Propose = None,
-    prompted: Prompted = None,
-    seed: Seed = 0,
-    rounds: Annotated[int | None, typer.Option(min=1, help="Most rounds.  [default: 100]")] = None,
-    store: StoreFile = None,
-) -> None:
-    """Talk with the agent, and watch what it believes; "quit" leaves, and --resume goes on.
-
-    A resumed episode keeps its options, but for --rounds and --picture.
-    """
-    from goalscope.cli.typed import typed
-    from goalscope.cli.why import correct
-    from goalscope.display import (
-        show_belief,
-        show_done,
-        show_header,
-        show_round,
-        show_summary,
-        show_understood,
-    )
-    from goalscope.domains import Settings, profile_named
-    from goalscope.session import Session, more_rounds, saved_settings
-    from goalscope.store import Store
-
-    out = console()
-    busy = spinner(out, "Thinking...")
-
-    def read(query: str) -> str:
-        busy.stop()
-        words = typed(out, query, lambda words: correct(out, session, words))
-        busy.start()
-        return words
-
-    with Store.open(store) as episodes:
-        info = episodes.episode(resume) if resume else None
-        if info:
-            _refuse_others(context, info)
-            check_picture(picture, info.domain)
-        settings = (
-            saved_settings(info, rounds=rounds)
-            if info
-            else settings_given(
-                picture,
-                domain=domain,
-                method=method,
-                model=model,
-                generator=generator,
-                scorer=scorer,
-                tokenizer=tokenizer,
-                adapter=adapter,
-                catalogue=catalogue,
-                columns=column,
-                scene=scene,
-                simulator=simulator,
-                unity=unity,
-                layout=layout,
-                end_of_turn=end_of_turn,
-                calibration=calibration,
-                propose=propose,
-                prompted=prompted,
-                seed=seed,
-                rounds=rounds or Settings().rounds,
-            )
-        )
-        profile = info.profile if info else None
-        person = profile_named(settings, profile) if profile else None
-        with engine_of(settings) as engine, _environment(settings, person) as env:
-            order = settings.method == "no-inference"
-            before = None
-
-            def understood(round: Round) -> None:
-                transcript = settings.human != "you"
-                show_understood(out, round, before, transcript=transcript, order=order)
-
-            session = Session(
-                episodes,
-                settings,
-                env,
-                engine,
-                profile=profile,
-                read=read,
-                resume=info,
-                understood=understood,
-            )
-            show_header(out, session.info)
-            ends = (
-                f'"{env.completion_phrase}" ends the task; "quit" leaves, and you can go on later'
-            )
-            correctable = settings.method == "good"
-            more = '; "/help" tells how to correct the goals.' if correctable else "."
-            out.print(ends + more, style="dim")
-            for round in session.earlier:
-                show_round(out, round, before, order=order)
-                before = round.belief
-            if session.corrections and session.belief:
-                show_belief(out, session.belief, before)
-            draw = _drawing(env, picture)
-            try:
-                with _resumable(session), busy:
-                    for round in session.run():
-                        show_done(out, round)
-                        draw()
-                        before = round.belief
-            except EOFError:
-                raise typer.Exit from None
-            show_summary(out, session.info)
-            if session.info.ended != "terminated":
-                out.print(more_rounds(session.info, settings.rounds), soft_wrap=True)
-
-
-def run(
-    domain: Domain = "grocery",
-    profile: Annotated[
-        str | None, typer.Option(metavar="NAME|all", help="The person to simulate.")
-    ] = None,
-    human: Annotated[
-        Literal["scripted", "simulated", "terse", "distracted", "changes-mind", "volunteers-late"],
-        typer.Option(help="Fixed replies, or a model's, with a habit if one is named."),
-    ] = "scripted",
-    method: Method = "good",
-    model: Model = None,
-    generator: Writer = None,
-    scorer: Scorer = None,
-    tokenizer: Tokenizer = None,
-    adapter: Adapter = None,
-    profiles: Annotated[Path | None, typer.Option(help="TOML file of your own people.")] = None,
-    catalogue: Catalogue = None,
-    column: Columns = None,
-    scene: Scene = None,
-    simulator: Simulator = "house",
-    unity: Unity = None,
-    picture: Picture = None,
-    layout: Layout = None,
-    end_of_turn: EndOfTurn = False,
-    calibration: CalibrationName = None,
-    propose: Propose = None,
-    prompted: Prompted = None,
-    seed: Seed = 0,
-    rounds: Annotated[int, typer.Option(min=1, help="Most rounds.")] = 20,
-    calls: Calls = None,
-    store: StoreFile = None,
-    as_json: Json = False,
-) -> None:
-    """Run episodes with a simulated person, and score the outcome."""
-    from goalscope.display import show_scores
-    from goalscope.domains import profile_named, profiles_of
-    from goalscope.models.opening import forget
-    from goalscope.session import Session
-    from goalscope.store import Store
-
-    settings = settings_given(
-        picture,
-        domain=domain,
-        human=human,
-        method=method,
-        model=model,
-        generator=generator,
-        scorer=scorer,
-        tokenizer=tokenizer,
-        adapter=adapter,
-        profiles=profiles,
-        catalogue=catalogue,
-        columns=column,
-        scene=scene,
-        simulator=simulator,
-        unity=unity,
-        layout=layout,
-        end_of_turn=end_of_turn,
-        calibration=calibration,
-        propose=propose,
-        prompted=prompted,
-        seed=seed,
-        rounds=rounds,
-    )
-    everyone = profiles_of(settings)
-    if not everyone:
-        raise InvalidInputError(f"{domain} has no people to simulate: load_profiles gives none.")
-    if not profile:
-        names = ", ".join(person.name for person in everyone)
-        raise InvalidInputError(f"Say who is to be simulated: --profile all, or one of {names}.")
-    people = everyone if profile == "all" else (profile_named(settings, profile),)
-    scored: list[Scored] = []
-    with (
-        Store.open(store) as episodes,
-        engine_of(settings, calls) as engine,
-        _printed_at_the_end(scored, as_json),
-    ):
-        for person in people:
-            forget(engine)  # so that each scores as it does alone
-            with _environment(settings, person) as env:
-                session = Session(episodes, settings, env, engine, profile=person.name)
-                file = picture and picture.with_stem(f"{picture.stem}-{person.name}")
-                file = picture if len(people) == 1 else file
-                draw = _drawing(env, file)
-                scored.append(_run_one(session, draw, quiet=as_json, brief=len(people) > 1))
-            if as_json and len(people) > 1:
-                typer.echo(f"{len(scored)} of {len(people)}: {person.name}", err=True)
-    if len(people) > 1 and not as_json:
-        show_scores(console(), scored)
-
-
-def replay(
-    id: Annotated[str, typer.Argument(help="The episode, or how its id begins.")],
-    store: StoreFile = None,
-    as_json: Json = False,
-) -> None:
-    """Show a stored episode again; no model is needed.
-
-    As JSON, each round has what was said, done and noted, and the belief: goals, log_prior,
-    log_likelihood (a row for each turn, nats), and the probability of each goal.
-    """
-    from goalscope.cli.why import said_since
-    from goalscope.display import show_header, show_round, show_summary
-    from goalscope.safe_text import terminal_safe
-    from goalscope.store import Store
-
-    out = console()
-    with Store.open(store, new=False) as episodes:
-        info = episodes.episode(id)
-        if as_json:
-            print(json.dumps(_told(info, episodes.rounds(info.id))))
-            return
-        show_header(out, info)
-        before, rounds = None, episodes.rounds(info.id)
-        for round in rounds:
-            show_round(out, round, before, order=info.method == "no-inference")
-            before = round.belief
-        since = said_since(episodes, info)
-    if since:
-        out.print(terminal_safe(since), soft_wrap=True)
-    if info.profile and info.score is not None:
-        _show_checks_again(out, info, rounds)
-    show_summary(out, info)
+Episode = Annotated[str, typer.Argument(help="The episode, or how its id begins.")]
 
 
 def episodes(store: StoreFile = None, as_json: Json = False) -> None:
@@ -321,8 +40,108 @@ def episodes(store: StoreFile = None, as_json: Json = False) -> None:
         show_episodes(console(), infos)
 
 
+def replay(id: Episode, store: StoreFile = None, as_json: Json = False) -> None:
+    """Show a stored episode again; no model is needed.
+
+    As JSON, each round has what was said, done and noted, and the belief: goals, log_prior,
+    log_likelihood (a row for each turn, nats), and the probability of each goal.
+    """
+    from goalscope.display import show_header, show_round, show_summary
+    from goalscope.safe_text import terminal_safe
+    from goalscope.store import Store
+
+    out = console()
+    with Store.open(store, new=False) as opened:
+        info = opened.episode(id)
+        rounds = opened.rounds(info.id)
+        corrections = _later_corrections(opened, info)
+    if as_json:
+        print(json.dumps(_episode_json(info, rounds)))
+        return
+    show_header(out, info)
+    before = None
+    for round in rounds:
+        show_round(out, round, before, order=info.method == "no-inference")
+        before = round.belief
+    if corrections:
+        out.print(terminal_safe(corrections), soft_wrap=True)
+    if info.profile and info.score is not None:
+        _show_checks_again(out, info, rounds)
+    show_summary(out, info)
+
+
+def why(
+    id: Episode,
+    goal: Annotated[
+        str | None, typer.Option(help="The goal, or how it begins.  [default: the likeliest]")
+    ] = None,
+    round: Annotated[
+        int | None, typer.Option(min=1, help="After this round.  [default: the last]")
+    ] = None,
+    words: Annotated[
+        bool, typer.Option("--words", help="Also word by word, for which the model scores again.")
+    ] = False,
+    store: StoreFile = None,
+    as_json: Json = False,
+) -> None:
+    """Say why a goal is likely: the evidence of each utterance, and the belief without it.
+
+    Evidence is in nats against the mean of the other goals, as it counts after calibration. Words
+    that speak for a goal can still make it less likely, as another goal gains more. The belief
+    "then" is over the goals of now: where goals came or went since, the round itself showed
+    another, which --round explains.
+    """
+    from goalscope.display import show_reasons
+    from goalscope.rounds_json import dumps
+    from goalscope.safe_text import terminal_safe
+    from goalscope.store import Store
+    from goalscope.why import reasons
+
+    with Store.open(store, new=False) as opened:
+        info = opened.episode(id)
+        rounds = opened.rounds(info.id)[:round]
+        corrections = _later_corrections(opened, info) if len(rounds) == info.rounds else ""
+    if not rounds or (round and len(rounds) < round):
+        raise InvalidInputError(f"Episode {info.id} has {pluralize(len(rounds), 'round')}.")
+    belief = rounds[-1].belief
+    if belief is None or info.method != "good":
+        raise InvalidInputError(f"The method {info.method} of this episode weighs no evidence.")
+    turns = [each.turn for each in rounds]
+    try:
+        chosen = _chosen(belief, goal)
+    except InvalidInputError as error:
+        raise InvalidInputError(f"{error} {corrections}") from None
+    found = reasons(belief, turns, chosen)
+    evidence = _word_evidence(info, belief, turns, chosen) if words else []
+    if as_json:
+        told: dict[str, Any] = {
+            "goal": chosen.text,
+            "reasons": [asdict(each) for each in found],
+            "confirmed": [{"goal": each.text, "turn": turns} for turns, each in belief.pinned],
+        }
+        print(dumps({**told, "words": evidence} if words else told))
+    else:
+        show_reasons(console(), chosen, found, evidence, pinned=belief.pinned)
+    if corrections:
+        console(stderr=True).print(terminal_safe(corrections), soft_wrap=True)
+
+
+def _episode_json(info: EpisodeInfo, rounds: Sequence[Round]) -> dict[str, Any]:
+    """An episode and its rounds, with the probabilities that follow from each belief."""
+    from goalscope.rounds_json import round_to_json
+    from goalscope.safe_text import model_shown
+
+    rows: list[dict[str, Any]] = []
+    for round in rounds:
+        row = json.loads(round_to_json(round))
+        if round.belief:
+            row["belief"]["probability"] = round.belief.probability.tolist()
+        rows.append(row)
+    return {**asdict(info), "model": model_shown(info.model), "rounds": rows}
+
+
 def _show_checks_again(out: Console, info: EpisodeInfo, rounds: Sequence[Round]) -> None:
-    """Show which checks the stored acts meet, taken once more in the shop or room of goalscope."""
+    """Show which checks the stored acts meet when goalscope's shop or room repeats them."""
     from goalscope.display import show_checks
     from goalscope.domains import open_environment, profile_named, settings_of
     from goalscope.policy import undo
@@ -330,7 +149,7 @@ def _show_checks_again(out: Console, info: EpisodeInfo, rounds: Sequence[Round])
 
     settings = settings_of(info.settings)
     if settings.domain not in ("grocery", "house") or settings.simulator != "house":
-        return  # what is not goalscope's own is not set in motion to look at something
+        return  # other people's code is not run to look at something
     try:
         person = profile_named(settings, info.profile or "")
         env = open_environment(settings, person)
@@ -345,148 +164,55 @@ def _show_checks_again(out: Console, info: EpisodeInfo, rounds: Sequence[Round])
         )
 
 
-@contextmanager
-def _environment(settings: Settings, person: Profile | None) -> Generator[Environment]:
-    """The environment of an episode; what is to be known of it is said."""
-    from goalscope.domains import open_environment
-
-    env = open_environment(settings, person)
-    try:
-        for note in env.notes:
-            console(stderr=True).print(note, style="dim")
-        yield env
-    finally:
-        env.close()
-
-
-def _refuse_others(context: typer.Context, info: EpisodeInfo) -> None:
-    """Refuse the options that an episode keeps from when it was begun.
-
-    Raises:
-        InvalidInputError: One is given.
-    """
-    from goalscope.domains import load_domain
-
-    free = ["resume", "rounds", "picture", "store"]
-    free += ["domain"] * (load_domain(context.params["domain"]) == info.domain)
-    given = [
-        each.opts[0]
-        for each in context.command.params
-        if each.name not in free
-        and (source := context.get_parameter_source(str(each.name)))
-        and source.name == "COMMANDLINE"
-    ]
-    if given:
-        raise InvalidInputError(
-            f"A resumed episode keeps its options: leave out {', '.join(given)}, or begin another "
-            "one without --resume."
-        )
-
-
-def _drawing(env: Environment, file: Path | None) -> Callable[[], None]:
-    """A function that draws the house's room as it now is; without a file it does nothing."""
-    from goalscope.envs.house import HomeRobot
-
-    if file is None or not isinstance(env, HomeRobot):
-        return lambda: None
-    from goalscope.envs.house.picture import svg_picture
-
-    seen = env.metadata
-
-    def draw() -> None:
-        nonlocal seen
-        file.write_text(svg_picture(env.metadata, seen, env.names), encoding="utf-8")
-        seen = env.metadata
-
-    return draw
-
-
-@contextmanager
-def _resumable(session: Session) -> Generator[None]:
-    """Say how an episode goes on, if it is interrupted."""
+def _later_corrections(store: Store, info: EpisodeInfo) -> str:
+    """The corrections since the last round, and where they count; "" without any."""
     from goalscope.session import resuming
 
-    try:
-        yield
-    except (KeyboardInterrupt, EOFError, GoalscopeError):
-        done = session.info.rounds
-        typer.echo(
-            f"\nEpisode {session.id} is kept, with {pluralize(done, 'finished round')}. "
-            f"Go on with: {resuming(session.info)}",
-            err=True,
-        )
-        raise
-
-
-def _run_one(session: Session, draw: Callable[[], None], *, quiet: bool, brief: bool) -> Scored:
-    """Run a simulated episode, drawing each round unless it is one of many."""
-    import time
-
-    from goalscope.display import (
-        show_checks,
-        show_header,
-        show_round,
-        show_summary,
-        show_unwanted,
+    words = {"pin": 'it is "{}"', "veto": 'it is not "{}"', "reword": '"{}" means "{}"'}
+    said = [
+        words[correction].format(goal, text)
+        for correction, goal, text in store.corrections(info.id, info.rounds)
+    ]
+    if not said:
+        return ""
+    return (
+        f"Corrected since the last round: {'; '.join(said)}. `{resuming(info)}` shows the belief "
+        "with that, and /why NUMBER there explains it."
     )
-    from goalscope.safe_text import terminal_safe
-
-    out, start, before = console(), time.monotonic(), None
-    if not (quiet or brief):
-        show_header(out, session.info)
-    with _resumable(session), spinner(out, "") as busy:
-        busy.update(terminal_safe(f"{session.info.profile}: round 1"))
-        for round in session.run():
-            busy.update(terminal_safe(f"{session.info.profile}: round {round.number + 1}"))
-            if not (quiet or brief):
-                show_round(out, round, before, order=session.info.method == "no-inference")
-            draw()
-            before = round.belief
-    info, unwanted = session.info, session.unwanted()
-    if session.profile and not (quiet or brief):
-        show_checks(out, session.profile.checks, session.checks_met())
-        if unwanted is not None:
-            show_unwanted(out, unwanted)
-    if not quiet:
-        show_summary(out, info, time.monotonic() - start)
-    return info, unwanted
 
 
-@contextmanager
-def _printed_at_the_end(scored: Sequence[Scored], as_json: bool) -> Generator[None]:
-    """Print the outcomes as one JSON value, also those of before an interruption."""
-    try:
-        yield
-    finally:
-        if as_json and scored:
-            print(json.dumps([_outcome(*each) for each in scored]))
+def _chosen(belief: Belief, text: str | None) -> Goal:
+    """The goal that a text means.
+
+    Raises:
+        InvalidInputError: It means none or several.
+    """
+    if text is None:
+        return belief.top(1)[0][0]
+    wanted = text.casefold()
+    known = [each for each in belief.goals if each.text.casefold() == wanted]
+    known = known or [each for each in belief.goals if each.text.casefold().startswith(wanted)]
+    if len(known) != 1:
+        from goalscope.safe_text import terminal_safe
+
+        for each in belief.goals:
+            console(stderr=True).print(terminal_safe(f"- {each.text}"), soft_wrap=True)
+        what = "Several of these goals begin" if known else "None of these goals begins"
+        raise InvalidInputError(f"{what} with {text!r}.")
+    return known[0]
 
 
-def _told(info: EpisodeInfo, rounds: Sequence[Round]) -> dict[str, Any]:
-    """An episode and its rounds as JSON, with the probabilities that follow from each belief."""
-    from goalscope.rounds_json import round_to_json
-    from goalscope.safe_text import model_shown
+def _word_evidence(
+    info: EpisodeInfo, belief: Belief, turns: list[Turn], goal: Goal
+) -> list[list[tuple[str, float]]]:
+    """Of each turn, each word with its evidence."""
+    from goalscope.domains import roleplay_of, settings_of
+    from goalscope.why import word_evidence
 
-    told: list[dict[str, Any]] = []
-    for round in rounds:
-        row = json.loads(round_to_json(round))
-        if round.belief:
-            row["belief"]["probability"] = round.belief.probability.tolist()
-        told.append(row)
-    return {**asdict(info), "model": model_shown(info.model), "rounds": told}
-
-
-def _outcome(info: EpisodeInfo, unwanted: Sequence[str] | None) -> dict[str, Any]:
-    from goalscope.safe_text import model_shown
-
-    return {
-        "profile": info.profile,
-        "method": info.method,
-        "model": model_shown(info.model),
-        "seed": info.settings.get("seed"),
-        "score": info.score,
-        "rounds": info.rounds,
-        "terminated": info.ended == "terminated",
-        "episode": info.id,
-        "unwanted": unwanted,
-    }
+    settings = settings_of(info.settings)
+    with settings_model(settings) as engine:
+        likelihood = roleplay_of(settings, engine)
+        return [
+            word_evidence(likelihood, info.task, belief, turns[:end], goal)
+            for end in range(1, len(turns) + 1)
+        ]

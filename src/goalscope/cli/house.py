@@ -23,7 +23,7 @@ house = typer.Typer(
 
 @house.command()
 def scenes(as_json: Json = False) -> None:
-    """List the rooms that `--scene` knows, and what is wrong with those that cannot be used."""
+    """List the rooms for `--scene`, and what is wrong with those that cannot be used."""
     from goalscope.envs.house.simulator.scenes import known_scenes
     from goalscope.safe_text import terminal_safe
 
@@ -47,7 +47,7 @@ def show(
     scene: Annotated[str, typer.Argument(help="Name of a room, or its file.")],
     svg: Annotated[Path | None, typer.Option(help="Draw it into this file instead.")] = None,
 ) -> None:
-    """Tell what is in a room, or draw it from above."""
+    """Print what is in a room, or draw it from above."""
     from goalscope.envs.house.floor_plan import floor_plan
     from goalscope.envs.house.picture import svg_picture, told
     from goalscope.envs.house.simulator.controller import HouseController

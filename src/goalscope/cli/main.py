@@ -1,4 +1,4 @@
-"""The `goalscope` command. Heavy imports wait until a command needs them."""
+"""The `goalscope` command. A command imports what is slow to import only when it runs."""
 
 from __future__ import annotations
 
@@ -13,31 +13,30 @@ import typer
 from typer.core import TyperGroup
 
 from goalscope.cli.calibrate import calibrate
+from goalscope.cli.chat import chat, run
 from goalscope.cli.data import data
-from goalscope.cli.episodes import chat, episodes, replay, run
+from goalscope.cli.episodes import episodes, replay, why
 from goalscope.cli.experiments import bench, experiment
 from goalscope.cli.fit import fit
 from goalscope.cli.house import house
 from goalscope.cli.infer import infer
-from goalscope.cli.mcp import mcp
 from goalscope.cli.models import doctor, models
 from goalscope.cli.reading import bench_reading, fit_writer
 from goalscope.cli.report import report
-from goalscope.cli.serve import serve
+from goalscope.cli.serve import mcp, serve
 from goalscope.cli.study import study
-from goalscope.cli.why import why
 from goalscope.types import GoalscopeError, InvalidInputError
 
 
 def _interrupted(error: BaseException | None) -> bool:
-    """Whether Ctrl-C is behind it: what a library does of it may fail in turn."""
+    """Whether Ctrl-C caused it, perhaps by way of an error in a library's clean-up."""
     while error and not isinstance(error, KeyboardInterrupt):
         error = error.__cause__ or (None if error.__suppress_context__ else error.__context__)
     return error is not None
 
 
 class _Commands(TyperGroup):
-    """Says errors in one line: exit code 2 for what a person gave, 1 for all else."""
+    """Prints an error as one line; the exit code is 2 for invalid input, else 1."""
 
     def invoke(self, ctx: Any) -> Any:
         try:
@@ -55,11 +54,11 @@ class _Commands(TyperGroup):
             raise
 
     def resolve_command(self, ctx: Any, args: list[str]) -> Any:
-        """Find the command; of those that there are, only near names are suggested."""
+        """Find the command, or suggest those with a similar name."""
         if self.get_command(ctx, args[0]) is None:
             near = get_close_matches(args[0], self.commands, cutoff=0.65)
-            meant = f" Did you mean {' or '.join(near)}?" if near else ""
-            ctx.fail(f"No such command {args[0]!r}.{meant}")
+            hint = f" Did you mean {' or '.join(near)}?" if near else ""
+            ctx.fail(f"No such command {args[0]!r}.{hint}")
         return super().resolve_command(ctx, args)
 
 
@@ -77,7 +76,7 @@ app = typer.Typer(
 def options(
     show_version: Annotated[bool, typer.Option("--version", help="Show the version.")] = False,
 ) -> None:
-    """Hold the options of `goalscope` itself."""
+    """The options of `goalscope` itself."""
     if show_version:
         from importlib.metadata import version
 
@@ -85,21 +84,12 @@ def options(
         raise typer.Exit
 
 
-app.command()(chat)
-app.command()(run)
-app.command()(serve)
-app.command()(mcp)
-
-
-app.command()(infer)
-app.command()(fit)
-app.command()(fit_writer)
+for command in (
+    *(chat, run, serve, mcp, infer, fit, fit_writer),
+    *(calibrate, replay, why, episodes, doctor),
+):
+    app.command()(command)
 bench.command(name="reading")(bench_reading)
-app.command()(calibrate)
-app.command()(replay)
-app.command()(why)
-app.command()(episodes)
-app.command()(doctor)
 app.add_typer(bench, name="bench")
 app.add_typer(experiment, name="experiment")
 app.command()(report)
@@ -110,7 +100,7 @@ app.add_typer(study, name="study")
 
 
 class _Lines(logging.Formatter):
-    """Records whose further lines are indented: no text in them passes for another record."""
+    """Indents all lines of a record but the first, so that none can pass for another record."""
 
     def format(self, record: logging.LogRecord) -> str:
         from goalscope.safe_text import terminal_safe

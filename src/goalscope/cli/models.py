@@ -5,14 +5,14 @@ from __future__ import annotations
 import json
 import os
 import shutil
-from dataclasses import asdict
+from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, cast
 
 import typer
 
-from goalscope.cli.options import Adapter, Json, Model, Scorer, StoreFile, Tokenizer, Writer
-from goalscope.cli.terminal import console, measuring, model_names, opened_model
+from goalscope.cli.options import Json, ModelOptions, StoreFile, expand_options
+from goalscope.cli.terminal import console, measuring, opened_model
 from goalscope.types import GoalscopeError, InvalidInputError
 
 if TYPE_CHECKING:
@@ -34,7 +34,7 @@ models = typer.Typer(
 
 @models.command("list")
 def list_models(as_json: Json = False) -> None:
-    """List the model files that goalscope knows of on this machine."""
+    """List the model files on this machine that goalscope knows."""
     from goalscope.models.hub import pulled_files
     from goalscope.models.llamacpp import embedded_path
     from goalscope.models.tune import kept_tunings
@@ -51,23 +51,23 @@ def list_models(as_json: Json = False) -> None:
         _say(f"{row['megabytes']:7,.0f} MB  {row['path']}  {speed}".rstrip())
 
 
+@dataclass(frozen=True)
+class _NamedModel(ModelOptions):
+    """The model as an argument."""
+
+    model: Annotated[str | None, typer.Argument(metavar="[MODEL]", help="As for --model.")] = None
+
+
 @models.command()
-def check(
-    model: Annotated[str | None, typer.Argument(metavar="[MODEL]", help="As for --model.")] = None,
-    generator: Writer = None,
-    scorer: Scorer = None,
-    tokenizer: Tokenizer = None,
-    adapter: Adapter = None,
-    as_json: Json = False,
-) -> None:
+@expand_options
+def check(given: _NamedModel, as_json: Json = False) -> None:
     """Test whether a model writes and scores as it must.
 
     The exit code is 1 if it does not.
     """
     from goalscope.models.check import check as check_model
 
-    names = model_names(model, generator, scorer, tokenizer, adapter)
-    with opened_model(names) as engine:
+    with opened_model(given.names()) as engine:
         found, problems = check_model(engine)
     _report({**found, "problems": problems}, as_json)
 
@@ -81,9 +81,9 @@ def tune(
 ) -> None:
     """Measure how a model file runs fastest here.
 
-    The answer is kept, perhaps with a faster copy of the file, in the cache folder. Small files are
-    tuned at their first use; GOALSCOPE_TUNE=0 in the environment prevents that, and the use of what
-    was found.
+    The cache folder keeps the result, perhaps with a faster copy of the file. Small files are tuned
+    at their first use; GOALSCOPE_TUNE=0 in the environment prevents that, and the use of earlier
+    results.
     """
     from goalscope.models.llamacpp import embedded_path, processors
     from goalscope.models.tune import tune as tune_file
@@ -93,7 +93,7 @@ def tune(
         with measuring("Measuring") as report:
             tuning = tune_file(source, processors(), report)
     except OSError as error:
-        raise GoalscopeError(f"The tuning could not be made or kept: {error}") from error
+        raise GoalscopeError(f"The tuning failed or could not be kept: {error}") from error
     if as_json:
         print(json.dumps(asdict(tuning), default=str))
         return
@@ -121,15 +121,8 @@ def pull(
     console(stderr=True).print(f"Use it with: goalscope chat --model {path}", style="dim")
 
 
-def doctor(
-    model: Model = None,
-    generator: Writer = None,
-    scorer: Scorer = None,
-    tokenizer: Tokenizer = None,
-    adapter: Adapter = None,
-    store: StoreFile = None,
-    as_json: Json = False,
-) -> None:
+@expand_options
+def doctor(given: ModelOptions, store: StoreFile = None, as_json: Json = False) -> None:
     """Check the installation: versions, the model, its speed, and its log-probabilities."""
     import platform
     from importlib.metadata import PackageNotFoundError, version
@@ -159,7 +152,7 @@ def doctor(
         for path in lost_adapters()
     ]
     try:
-        with opened_model(model_names(model, generator, scorer, tokenizer, adapter)) as engine:
+        with opened_model(given.names()) as engine:
             found, wrong = check_model(engine)
             problems += wrong
             report |= found

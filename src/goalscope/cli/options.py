@@ -1,63 +1,49 @@
-"""The options that commands share."""
+"""The options that commands share: each is declared once, alone or in a class of options."""
 
 from __future__ import annotations
 
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, fields, is_dataclass
+from functools import wraps
+from inspect import Signature, signature
 from pathlib import Path
-from typing import Annotated, Literal
+from typing import TYPE_CHECKING, Annotated, Any, Literal, get_type_hints
 
 import typer
+
+from goalscope.cli.terminal import model_names
+from goalscope.types import InvalidInputError
+
+if TYPE_CHECKING:
+    from goalscope.domains import Settings
+    from goalscope.goals import Trigger
 
 __all__ = [
     "Adapter",
     "CalibrationName",
     "Calls",
-    "Catalogue",
-    "Columns",
-    "Domain",
     "EndOfTurn",
+    "EpisodeOptions",
     "Json",
     "Layout",
     "Method",
     "Model",
-    "Picture",
-    "Prompted",
-    "Propose",
+    "ModelOptions",
     "ReadingAdapter",
     "ReadingForm",
-    "Scene",
     "Scorer",
     "Seed",
-    "Simulator",
     "StoreFile",
     "Tokenizer",
-    "Unity",
     "Writer",
+    "calibration_file",
+    "check_picture",
+    "expand_options",
 ]
 
-Domain = Annotated[
-    str,
-    typer.Argument(
-        metavar="[grocery|house|FILE.py]", help="Where the agent acts: a file is your own domain."
-    ),
-]
-Scene = Annotated[
-    str | None,
-    typer.Option(metavar="NAME|FILE", help="The house's room; see `house scenes`."),
-]
-Simulator = Annotated[
-    Literal["house", "thor"], typer.Option(help="The embedded house, or AI2-THOR.")
-]
-Unity = Annotated[
-    Path | None, typer.Option(help="Program that AI2-THOR starts, if not its own build.")
-]
-Picture = Annotated[
-    Path | None, typer.Option(metavar="FILE.svg", help="Draw the house's room into it each round.")
-]
-Method = Annotated[Literal["good", "no-goals", "no-inference"], typer.Option()]
-Catalogue = Annotated[Path | None, typer.Option(help="CSV file of your own shop.")]
-Columns = Annotated[
-    list[str] | None,
-    typer.Option("--column", metavar="NAME=TITLE", help="Heading that holds name, price, ..."),
+Method = Annotated[
+    Literal["good", "no-goals", "no-inference"],
+    typer.Option(help="GOOD, or what the paper compares with it."),
 ]
 Layout = Annotated[
     Literal["goal-first", "goal-last"] | None,
@@ -73,23 +59,7 @@ CalibrationName = Annotated[
         "found for the model, the default for an agent]",
     ),
 ]
-Propose = Annotated[
-    str | None,
-    typer.Option(
-        metavar="PROBABILITY|paper",
-        help="Propose goals once Unspecified is likelier than this by the words since the newest "
-        "goals; paper: once it is the likeliest.  [default: 0.5]",
-    ),
-]
-Prompted = Annotated[
-    list[str] | None,
-    typer.Option(
-        metavar="all|propose|remove|plan|query",
-        help="Have the paper's prompts do this, whatever the model was taught; repeatable. A model "
-        "that was taught nothing proposes, plans and asks by them in any case.",
-    ),
-]
-Seed = Annotated[int, typer.Option(min=0, help="Seed of everything that is drawn.")]
+Seed = Annotated[int, typer.Option(min=0, help="Seed of all random draws.")]
 Model = Annotated[
     str | None,
     typer.Option(
@@ -99,10 +69,11 @@ Model = Annotated[
     ),
 ]
 Writer = Annotated[
-    str | None, typer.Option(metavar="MODEL", help="Writes the words, if not --model.")
+    str | None, typer.Option(metavar="MODEL", help="The model that writes, if not --model.")
 ]
 Scorer = Annotated[
-    str | None, typer.Option(metavar="MODEL", help="Tells how likely words are, if not --model.")
+    str | None,
+    typer.Option(metavar="MODEL", help="The model that scores utterances, if not --model."),
 ]
 Tokenizer = Annotated[
     str | None,
@@ -116,9 +87,7 @@ Adapter = Annotated[
         "[default: the one that comes with goalscope, for its own model]",
     ),
 ]
-Calls = Annotated[
-    Path | None, typer.Option(help="File that keeps the model's answers, so none is asked twice.")
-]
+Calls = Annotated[Path | None, typer.Option(help="File that caches the model's answers.")]
 StoreFile = Annotated[
     str | None,
     typer.Option(
@@ -128,7 +97,6 @@ StoreFile = Annotated[
     ),
 ]
 Json = Annotated[bool, typer.Option("--json", help="JSON on standard output, and nothing else.")]
-
 ReadingAdapter = Annotated[
     str | None,
     typer.Option(
@@ -138,7 +106,212 @@ ReadingAdapter = Annotated[
         "its own model]",
     ),
 ]
-
 ReadingForm = Annotated[
     Literal["text", "json"], typer.Option("--form", help="How a reading is written.")
 ]
+
+
+@dataclass(frozen=True)
+class ModelOptions:
+    """Which models write and score."""
+
+    model: Model = None
+    generator: Writer = None
+    scorer: Scorer = None
+    tokenizer: Tokenizer = None
+    adapter: Adapter = None
+
+    def names(self) -> dict[str, Any]:
+        """The arguments of `open_model`; files are named by their full path."""
+        return model_names(self.model, self.generator, self.scorer, self.tokenizer, self.adapter)
+
+
+@dataclass(frozen=True)
+class EpisodeOptions(ModelOptions):
+    """What makes an episode what it is, as a person gives it."""
+
+    domain: Annotated[
+        str,
+        typer.Argument(
+            metavar="[grocery|house|FILE.py]",
+            help="Where the agent acts; a file is a domain of your own.",
+        ),
+    ] = "grocery"
+    method: Method = "good"
+    catalogue: Annotated[Path | None, typer.Option(help="CSV file of your own shop.")] = None
+    columns: Annotated[
+        list[str] | None,
+        typer.Option("--column", metavar="NAME=TITLE", help="Heading that holds name, price, ..."),
+    ] = None
+    scene: Annotated[
+        str | None,
+        typer.Option(metavar="NAME|FILE", help="The house's room; see `house scenes`."),
+    ] = None
+    simulator: Annotated[
+        Literal["house", "thor"], typer.Option(help="The embedded house, or AI2-THOR.")
+    ] = "house"
+    unity: Annotated[
+        Path | None, typer.Option(help="Program that AI2-THOR starts, if not its own build.")
+    ] = None
+    picture: Annotated[
+        Path | None,
+        typer.Option(metavar="FILE.svg", help="Draw the house's room into it each round."),
+    ] = None
+    layout: Layout = None
+    end_of_turn: EndOfTurn = False
+    calibration: CalibrationName = None
+    propose: Annotated[
+        str | None,
+        typer.Option(
+            metavar="PROBABILITY|paper",
+            help="Propose goals once Unspecified is likelier than this by the words since the "
+            "newest goals; paper: once it is the likeliest.  [default: 0.5]",
+        ),
+    ] = None
+    prompted: Annotated[
+        list[str] | None,
+        typer.Option(
+            metavar="all|propose|remove|plan|query",
+            help="Use the paper's prompt for this, even with a model that was taught it; "
+            "repeatable. A model that was taught nothing proposes, plans and asks by prompts in "
+            "any case.",
+        ),
+    ] = None
+    seed: Seed = 0
+
+    def settings(self, **more: Any) -> Settings:
+        """The settings of an episode, which a resumed one finds again from any folder.
+
+        Args:
+            **more: Settings that commands have options of their own for: human, profiles, rounds.
+
+        Raises:
+            InvalidInputError: An option cannot be used, or would have no effect.
+        """
+        from goalscope.domains import Settings, load_domain
+        from goalscope.modules import modules_named
+
+        settings = Settings(
+            **self.names(),
+            domain=load_domain(self.domain),
+            method=self.method,
+            catalogue=_absolute(self.catalogue),
+            columns=_columns(self.columns or ()),
+            scene=_scene(self.scene),
+            simulator=self.simulator,
+            unity=_absolute(self.unity),
+            layout=self.layout,
+            end_of_turn=self.end_of_turn,
+            calibration=calibration_file(self.calibration),
+            propose=_trigger(self.propose),
+            prompted=modules_named(self.prompted or ()),
+            seed=self.seed,
+            **more,
+        )
+        self._check_effects(settings.domain)
+        check_picture(self.picture, settings.domain)
+        return settings
+
+    def _check_effects(self, domain: str) -> None:
+        """Refuse options that would have no effect."""
+        foreign: dict[str, object] = {}
+        if domain != "grocery":
+            foreign |= {"--catalogue": self.catalogue, "--column": self.columns}
+        if domain != "house":
+            foreign |= {"--scene": self.scene, "--unity": self.unity}
+            foreign["--simulator"] = self.simulator != "house"
+        for option, given in foreign.items():
+            if given:
+                raise InvalidInputError(f"{option} is not for the domain {domain!r}.")
+        if self.unity and self.simulator != "thor":
+            raise InvalidInputError("--unity goes with --simulator thor.")
+        if self.method != "good":
+            for name in ("layout", "end_of_turn", "calibration", "propose"):
+                if getattr(self, name):
+                    raise InvalidInputError(
+                        f"--{name.replace('_', '-')} is for the method 'good': {self.method!r} "
+                        "weighs no evidence. Leave it out."
+                    )
+
+
+def expand_options(command: Callable[..., None]) -> Callable[..., None]:
+    """Expand a parameter that is a class of options into one parameter for each of its fields.
+
+    Typer sees the fields; the command gets the class.
+    """
+    classes: dict[str, type[Any]] = {}
+    expanded = list[Any]()
+    hints = get_type_hints(command, include_extras=True)
+    for parameter in signature(command).parameters.values():
+        hint = hints[parameter.name]
+        if not (isinstance(hint, type) and is_dataclass(hint)):
+            expanded.append(parameter.replace(annotation=hint))
+            continue
+        classes[parameter.name] = hint
+        types = get_type_hints(hint, include_extras=True)
+        expanded += [
+            parameter.replace(name=each.name, annotation=types[each.name], default=each.default)
+            for each in fields(hint)
+        ]
+
+    @wraps(command)
+    def call(**given: Any) -> None:
+        for name, options in classes.items():
+            names = [each.name for each in fields(options) if each.name in given]
+            given[name] = options(**{each: given.pop(each) for each in names})
+        command(**given)
+
+    call.__signature__ = Signature(expanded)  # pyright: ignore[reportAttributeAccessIssue]
+    return call
+
+
+def check_picture(picture: Path | None, domain: str) -> None:
+    """Refuse a picture that could not be drawn.
+
+    Raises:
+        InvalidInputError: The domain has no rooms, or the picture's folder is missing.
+    """
+    if picture and domain != "house":
+        raise InvalidInputError(f"--picture is not for the domain {domain!r}.")
+    if picture and not picture.absolute().parent.is_dir():
+        raise InvalidInputError(f"There is no folder {picture.parent} for the picture.")
+
+
+def calibration_file(given: str | None) -> str | None:
+    """The name of a calibration, or its file by the full path, once it is known to be one."""
+    from goalscope.calibrations import NAMED, calibration_named
+
+    if given is None or given in NAMED:
+        return given
+    calibration_named(given)
+    return str(Path(given).absolute())
+
+
+def _absolute(path: Path | None) -> str | None:
+    return None if path is None else str(path.absolute())
+
+
+def _scene(given: str | None) -> str | None:
+    """A scene's name, or its file by the full path."""
+    return str(Path(given).absolute()) if given and Path(given).is_file() else given
+
+
+def _trigger(given: str | None) -> Trigger:
+    from goalscope.goals import UNEXPLAINED
+
+    if given is None or given == "paper":
+        return given or UNEXPLAINED
+    try:
+        return float(given)
+    except ValueError:
+        raise InvalidInputError(
+            f'--propose takes a probability or "paper", not "{given}".'
+        ) from None
+
+
+def _columns(given: Sequence[str]) -> dict[str, str]:
+    pairs = [each.partition("=") for each in given]
+    for name, mark, title in pairs:
+        if not (name and mark and title):
+            raise InvalidInputError(f'--column takes NAME=TITLE, not "{name}{mark}{title}".')
+    return {name: title for name, _, title in pairs}

@@ -1,31 +1,40 @@
-"""`goalscope serve`: the web page."""
+"""`goalscope serve` and `mcp`: the web page, and goal tracking for assistants."""
 
 from __future__ import annotations
 
 import os
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from goalscope.cli.options import Adapter, Model, Scorer, Seed, StoreFile, Tokenizer, Writer
-from goalscope.cli.settings import engine_of, settings_given
-from goalscope.cli.terminal import console
+from goalscope.cli.options import (
+    CalibrationName,
+    ModelOptions,
+    Seed,
+    StoreFile,
+    calibration_file,
+    expand_options,
+)
+from goalscope.cli.terminal import console, settings_model
 from goalscope.types import GoalscopeError, InvalidInputError
 
-__all__ = ["serve"]
+if TYPE_CHECKING:
+    from goalscope.models import OpenModel
+
+__all__ = ["kept_key", "mcp", "serve"]
 
 LOOPBACK = ("127.0.0.1", "::1", "localhost")
 
 SHORTEST, SHORTEST_GIVEN = 32, 16
-"""Characters of a key that is kept, and of one that is given: nobody may be able to guess it."""
+"""Fewest characters of a key that goalscope makes, and of a key or password that is given."""
 
 
 def kept_key() -> tuple[str, Path]:
-    """The key of this user's servers, made at the first start, and the file that holds it.
+    """The key of this user's servers, made at the first start, and the file that keeps it.
 
     Raises:
-        GoalscopeError: It cannot be kept or read, or is not as it was made.
+        GoalscopeError: It cannot be written or read, or has changed.
     """
     import secrets
     import tempfile
@@ -59,7 +68,9 @@ def kept_key() -> tuple[str, Path]:
     return key, file
 
 
+@expand_options
 def serve(
+    *,
     host: Annotated[str, typer.Option(help="Address to listen at.")] = "127.0.0.1",
     port: Annotated[int, typer.Option(min=0, max=65535, help="Port; 0 for a free one.")] = 8000,
     name: Annotated[
@@ -69,29 +80,28 @@ def serve(
     password: Annotated[
         str | None,
         typer.Option(
-            envvar="GOALSCOPE_PASSWORD", help="What visitors show; needed beyond this machine."
+            envvar="GOALSCOPE_PASSWORD",
+            help="What visitors must give; needed beyond this machine.",
         ),
     ] = None,
     key: Annotated[
         str | None,
         typer.Option(
-            envvar="GOALSCOPE_KEY", help="What you show, to see all episodes.  [default: as kept]"
+            envvar="GOALSCOPE_KEY",
+            help="What you give to see all episodes.  [default: the kept one]",
         ),
     ] = None,
-    model: Model = None,
-    generator: Writer = None,
-    scorer: Scorer = None,
-    tokenizer: Tokenizer = None,
-    adapter: Adapter = None,
+    models: ModelOptions,
     seed: Seed = 0,
     store: StoreFile = None,
 ) -> None:
-    """Open the web page: chat, watch the belief move, correct it.
+    """Serve the web page: chat, watch the belief move, correct it.
 
-    Everybody who opens it has episodes of their own; with your key, which is kept, one sees all.
+    All visitors have episodes of their own; who has your key, which is kept, sees all of them.
     """
     import socket
 
+    from goalscope.domains import Settings
     from goalscope.extras import package
     from goalscope.store import Store
 
@@ -105,7 +115,7 @@ def serve(
     if host not in LOOPBACK and not password:
         raise InvalidInputError(
             "Others could reach this address. Give a --password (or GOALSCOPE_PASSWORD) that they "
-            "must show, or leave out --host."
+            "must enter, or leave out --host."
         )
     if key and len(key) < SHORTEST_GIVEN:
         raise InvalidInputError(
@@ -132,25 +142,13 @@ def serve(
         if port == 80:
             names |= reached
         key, file = (key, None) if key else kept_key()
-        settings = settings_given(
-            model=model,
-            generator=generator,
-            scorer=scorer,
-            tokenizer=tokenizer,
-            adapter=adapter,
-            seed=seed,
-        )
-        with Store.open(store) as episodes, engine_of(settings) as engine:
+        settings = Settings(**models.names(), seed=seed)
+        with Store.open(store) as episodes, settings_model(settings) as engine:
             app = create_app(episodes, engine, settings)
-            guarded = Guard(
-                app,
-                hosts=names | {*(name or ())},
-                key=key,
-                password=password,
-            )
+            guarded = Guard(app, hosts=names | {*(name or ())}, key=key, password=password)
             shown = f"[{host}]" if ":" in host else host
             out = console()
-            listening.listen()  # who reads the address next is not refused
+            listening.listen()  # so that who reads the address now is not refused
             out.print(f"goalscope is at http://{shown}:{port}/", soft_wrap=True)
             secret = key if out.is_terminal else "KEY"  # what is no terminal may be a log
             out.print(
@@ -158,8 +156,8 @@ def serve(
                 soft_wrap=True,
             )
             if file:
-                out.print(f"The key stands in {file}.", style="dim", soft_wrap=True)
-            out.print("Ctrl-C ends it; everything is stored.", style="dim")
+                out.print(f"The key is kept in {file}.", style="dim", soft_wrap=True)
+            out.print("Ctrl-C stops it; everything is stored.", style="dim")
             config = uvicorn.Config(
                 guarded,
                 log_config=None,  # ours, which no text can forge
@@ -169,3 +167,37 @@ def serve(
                 proxy_headers=False,  # the guard reads the one that counts
             )
             uvicorn.Server(config).run(sockets=[listening])
+
+
+@expand_options
+def mcp(
+    models: ModelOptions,
+    calibration: CalibrationName = None,
+    seed: Seed = 0,
+    store: StoreFile = None,
+) -> None:
+    """Serve goal tracking to an assistant, over the Model Context Protocol on standard input.
+
+    The assistant's program starts it; see docs/tracking.md.
+    """
+    from contextlib import ExitStack
+    from functools import cache
+
+    from goalscope.domains import Settings
+    from goalscope.extras import package
+    from goalscope.store import Store
+    from goalscope.tracking import Trackers
+
+    package("mcp.server", "The MCP server needs", GoalscopeError)
+    from goalscope.mcp_server import create_server
+
+    settings = Settings(**models.names(), calibration=calibration_file(calibration), seed=seed)
+    with Store.open(store) as episodes, ExitStack() as later:
+
+        @cache
+        def engine() -> OpenModel:
+            return later.enter_context(settings_model(settings))
+
+        if models != ModelOptions():
+            engine()  # a wrong name fails now, not in the middle of a conversation
+        create_server(Trackers(episodes, engine, settings), episodes).run()

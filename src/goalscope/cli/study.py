@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+from collections.abc import Generator
+from contextlib import contextmanager
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
@@ -11,11 +13,24 @@ from goalscope.cli.options import Json, StoreFile
 from goalscope.cli.terminal import console
 from goalscope.types import InvalidInputError, pluralize
 
+if TYPE_CHECKING:
+    from goalscope.store import Store
+    from goalscope.study.store import StudyStore
+
 __all__ = ["study"]
 
 study = typer.Typer(no_args_is_help=True, help="Studies in which people rate episodes.")
 
 Name = Annotated[str, typer.Argument(help="Of the study.")]
+
+
+@contextmanager
+def _opened(place: str | None) -> Generator[tuple[Store, StudyStore]]:
+    from goalscope.store import Store
+    from goalscope.study.store import StudyStore
+
+    with Store.open(place, new=False) as store:
+        yield store, StudyStore(store)
 
 
 @study.command()
@@ -32,15 +47,13 @@ def new(
     store: StoreFile = None,
 ) -> None:
     """Make a study of episodes in the store. It never changes afterwards."""
-    from goalscope.store import Store
     from goalscope.study.items import chosen_episodes
     from goalscope.study.plan import read_plan
-    from goalscope.study.store import StudyStore
 
     plan = read_plan(file)
-    with Store.open(store, new=False) as opened:
+    with _opened(store) as (opened, studies):
         found = chosen_episodes(opened, plan)
-        StudyStore(opened).add(plan)
+        studies.add(plan)
     people = -(-len(found) * plan.ratings_per_item // min(plan.items_per_participant, len(found)))
     told = (
         f"Study {plan.name} has {pluralize(len(found), 'episode')} to rate, which takes "
@@ -57,17 +70,14 @@ def list_studies(store: StoreFile = None, as_json: Json = False) -> None:
     """List the studies, and how many people have finished."""
     from goalscope.cli.tables import show_tables
     from goalscope.experiment.summary import Row, Table
-    from goalscope.store import Store
-    from goalscope.study.store import StudyStore
 
     rows: list[Row] = []
-    with Store.open(store, new=False) as opened:
-        book = StudyStore(opened)
-        for each in book.all():
-            people = book.participants(each)
+    with _opened(store) as (_, studies):
+        for each in studies.all():
+            people = studies.participants(each)
             rows.append({
                 "name": each.plan.name, "made": each.created, "closed": each.closed,
-                "episodes": len(book.items(each)), "agreed": len(people),
+                "episodes": len(studies.items(each)), "agreed": len(people),
                 "finished": sum(one.finished for one in people),
             })  # fmt: skip
     if rows or as_json:
@@ -83,23 +93,17 @@ def show(name: Name, store: StoreFile = None, as_json: Json = False) -> None:
     The evaluator's and the state's scores of the same episodes stand beside people's.
     """
     from goalscope.cli.tables import show_tables
-    from goalscope.store import Store
-    from goalscope.study.store import StudyStore
     from goalscope.study.summary import study_tables
 
-    with Store.open(store, new=False) as opened:
-        show_tables(study_tables(opened, StudyStore(opened).named(name)), as_json)
+    with _opened(store) as (opened, studies):
+        show_tables(study_tables(opened, studies.named(name)), as_json)
 
 
 @study.command()
 def close(name: Name, store: StoreFile = None) -> None:
     """Take no new participants; those who have begun may finish."""
-    from goalscope.store import Store
-    from goalscope.study.store import StudyStore
-
-    with Store.open(store, new=False) as opened:
-        book = StudyStore(opened)
-        book.close(book.named(name))
+    with _opened(store) as (_, studies):
+        studies.close(studies.named(name))
     print(f"Study {name} is closed: it takes no new participants. Who has begun may finish.")
 
 
@@ -110,18 +114,13 @@ def delete_study(
     store: StoreFile = None,
 ) -> None:
     """Delete a study with all participants and answers. The episodes stay."""
-    from goalscope.store import Store
-    from goalscope.study.store import StudyStore
-
-    with Store.open(store, new=False) as opened:
-        book = StudyStore(opened)
-        found = book.named(name)
-        people = len(book.participants(found))
+    with _opened(store) as (_, studies):
+        found = studies.named(name)
+        people = _people(len(studies.participants(found)))
         if not yes:
-            what = f"Delete study {name} and all that {_people(people)} answered, for good?"
-            typer.confirm(what, abort=True)
-        book.delete(found)
-    print(f"Study {name} is deleted, with all that {_people(people)} answered. Its episodes stay.")
+            typer.confirm(f"Delete study {name} and all that {people} answered?", abort=True)
+        studies.delete(found)
+    print(f"Study {name} is deleted, with all that {people} answered. Its episodes stay.")
 
 
 @study.command()
@@ -132,12 +131,10 @@ def export(
     ids: Annotated[bool, typer.Option(help="With the ids in people's links.")] = True,
 ) -> None:
     """Write every answer as CSV, one a line."""
-    from goalscope.store import Store
-    from goalscope.study.store import StudyStore
     from goalscope.study.summary import as_csv
 
-    with Store.open(store, new=False) as opened:
-        text = as_csv(opened, StudyStore(opened).named(name), ids=ids)
+    with _opened(store) as (opened, studies):
+        text = as_csv(opened, studies.named(name), ids=ids)
     try:
         out.write_text(text, encoding="utf-8", newline="")
     except OSError as error:
@@ -150,13 +147,9 @@ def forget(
     participant: Annotated[int, typer.Argument(help="Their number, as `export` has it.")],
     store: StoreFile = None,
 ) -> None:
-    """Delete a participant who takes back their consent, with all their answers."""
-    from goalscope.store import Store
-    from goalscope.study.store import StudyStore
-
-    with Store.open(store, new=False) as opened:
-        book = StudyStore(opened)
-        book.forget(book.named(name), participant)
+    """Delete a participant who withdraws their consent, with all their answers."""
+    with _opened(store) as (_, studies):
+        studies.forget(studies.named(name), participant)
 
 
 def _people(number: int) -> str:

@@ -1,10 +1,10 @@
-"""What all commands share at the terminal: consoles, progress, and the model they open."""
+"""What commands share at the terminal: consoles, progress, and opening a model."""
 
 from __future__ import annotations
 
 import time
 from collections.abc import Callable, Generator, Mapping
-from contextlib import contextmanager
+from contextlib import AbstractContextManager, contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -12,16 +12,25 @@ if TYPE_CHECKING:
     from rich.console import Console
     from rich.status import Status
 
+    from goalscope.domains import Settings
     from goalscope.models import OpenModel
 
-__all__ = ["console", "measuring", "model_names", "opened_model", "progress", "spinner"]
+__all__ = [
+    "console",
+    "measuring",
+    "model_names",
+    "opened_model",
+    "progress",
+    "settings_model",
+    "spinner",
+]
 
 LINES = 30.0
-"""Seconds at least between two lines that tell how far long work is where no bar is shown."""
+"""Least seconds between two lines of progress where no bar is shown."""
 
 
 def console(*, stderr: bool = False) -> Console:
-    """A console that takes text as it is."""
+    """A console that prints text as it is, without markup, emoji or highlighting."""
     from rich.console import Console
 
     return Console(stderr=stderr, highlight=False, markup=False, emoji=False)
@@ -30,16 +39,16 @@ def console(*, stderr: bool = False) -> Console:
 def spinner(out: Console, words: str) -> Status:
     """A spinner above which `out` can print; on standard error where `out` is no terminal.
 
-    What is only told to be one (FORCE_COLOR) is a file or a pipe, and gets none.
+    A file or a pipe gets none, even where FORCE_COLOR has rich take it for a terminal.
     """
     return (out if out.file.isatty() else console(stderr=True)).status(words)
 
 
 @contextmanager
 def progress(what: str) -> Generator[Callable[[int, int], None]]:
-    """A bar at the terminal with the time left; yields what moves it: how many of how many.
+    """A progress bar with the time left; yields a function to call with how many of how many.
 
-    Where standard error is no terminal, a line now and then says it.
+    Where standard error is no terminal, it prints a line now and then.
     """
     from rich.progress import (
         BarColumn,
@@ -78,7 +87,7 @@ def progress(what: str) -> Generator[Callable[[int, int], None]]:
 
 @contextmanager
 def measuring(what: str) -> Generator[Callable[[str, float], None]]:
-    """A spinner at the terminal, which becomes a bar with the first report of what is done."""
+    """A spinner that becomes a bar with the first report: what is measured, and the share done."""
     from rich.progress import Progress, SpinnerColumn
 
     out = console(stderr=True)
@@ -101,7 +110,7 @@ def measuring(what: str) -> Generator[Callable[[str, float], None]]:
 def opened_model(
     names: Mapping[str, str | None], calls: Path | None = None
 ) -> Generator[OpenModel]:
-    """A model by its `model_names`, closed in the end; says what servers were asked."""
+    """A model by its `model_names`, closed at the end; then prints the usage of servers."""
     from goalscope.models.opening import open_model, parts
 
     with measuring("Loading the model") as report:
@@ -116,6 +125,15 @@ def opened_model(
                 console(stderr=True).print(f"{server.url}: {server.usage}", style="dim")
 
 
+def settings_model(
+    settings: Settings, calls: Path | None = None
+) -> AbstractContextManager[OpenModel]:
+    """The model that an episode's settings name; see `opened_model`."""
+    from goalscope.models.opening import MODEL_KEYS
+
+    return opened_model({key: getattr(settings, key) for key in MODEL_KEYS}, calls)
+
+
 def model_names(
     model: str | None = None,
     generator: str | None = None,
@@ -123,28 +141,29 @@ def model_names(
     tokenizer: str | None = None,
     adapter: str | None = None,
 ) -> dict[str, str | None]:
-    """The arguments of `open_model` that options name, as they are found from any folder.
+    """The arguments of `open_model` from the options, as they are found from any folder.
 
-    Files and folders are named by their full path; a tokenizer that is none stays a hub's name.
+    Files and folders are named by their full path; a tokenizer that is neither is a hub's name.
     """
     from goalscope.models.adapters import NO_ADAPTER
 
     return {
-        "model": _placed(model),
-        "generator": _placed(generator),
-        "scorer": _placed(scorer),
+        "model": _model_path(model),
+        "generator": _model_path(generator),
+        "scorer": _model_path(scorer),
         "tokenizer": _full_path(tokenizer),
         "adapter": str(Path(adapter).absolute()) if adapter and adapter != NO_ADAPTER else adapter,
     }
 
 
-def _placed(model: str | None) -> str | None:
+def _full_path(name: str | None) -> str | None:
+    """The full path of a file or folder; anything else as it is."""
+    return str(Path(name).absolute()) if name and Path(name).exists() else name
+
+
+def _model_path(model: str | None) -> str | None:
     if model is None or model.startswith(("http://", "https://")):
         return model
     if model.startswith("hf:"):
         return f"hf:{_full_path(model.removeprefix('hf:'))}"
     return str(Path(model).absolute())
-
-
-def _full_path(name: str | None) -> str | None:
-    return str(Path(name).absolute()) if name and Path(name).exists() else name

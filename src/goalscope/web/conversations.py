@@ -236,7 +236,7 @@ class Conversation:
         self._env.close()
 
     def _open(self, resume: EpisodeInfo | None) -> Session:
-        return Session(
+        session = Session(
             self._store,
             self._settings,
             self._env,
@@ -246,6 +246,8 @@ class Conversation:
             progress=lambda step: self._update(step=step),
             draft=self._on_draft,
         )
+        session.begin()  # its page is found by the id
+        return session
 
     def _change(self, change: Callable[[], object]) -> Future[None]:
         def work() -> None:

@@ -1,0 +1,400 @@
+"""`goalscope chat` and `run`: episodes with people, real and simulated."""
+
+from __future__ import annotations
+
+import json
+import sys
+from collections.abc import Callable, Generator, Sequence
+from contextlib import contextmanager
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any, Literal
+
+import typer
+
+from goalscope.cli.options import (
+    Calls,
+    EpisodeOptions,
+    Json,
+    StoreFile,
+    check_picture,
+    expand_options,
+)
+from goalscope.cli.terminal import console, settings_model, spinner
+from goalscope.types import Goal, GoalscopeError, InvalidInputError, checked_text, pluralize
+
+if TYPE_CHECKING:
+    from rich.console import Console
+
+    from goalscope.belief import Belief
+    from goalscope.display import Scored
+    from goalscope.domains import Settings
+    from goalscope.envs import Environment
+    from goalscope.episode import Round
+    from goalscope.session import Session
+    from goalscope.store import EpisodeInfo
+    from goalscope.tracker import Correction
+    from goalscope.types import Profile
+
+__all__ = ["chat", "correct", "run"]
+
+HELP = """\
+/goals               the goals, numbered
+/pin NUMBER|TEXT     confirm this goal, perhaps a new one
+/veto NUMBER         reject this goal for good
+/reword NUMBER TEXT  confirm this goal in other words
+/why NUMBER          the evidence of each utterance for this goal"""
+
+ORDER_HELP = """\
+/goals               the goals, in the model's order
+This method weighs no evidence that could be corrected or explained."""
+
+NO_HELP = "This method holds no belief that could be shown or corrected."
+
+LEAVING = """
+/help                these lines
+quit                 leave; the episode can be resumed"""
+
+
+@expand_options
+def chat(
+    context: typer.Context,
+    *,
+    resume: Annotated[str | None, typer.Option(metavar="ID", help="Resume an episode.")] = None,
+    given: EpisodeOptions,
+    rounds: Annotated[int | None, typer.Option(min=1, help="Most rounds.  [default: 100]")] = None,
+    store: StoreFile = None,
+) -> None:
+    """Talk with the agent, and watch what it believes; "quit" leaves, and --resume goes on.
+
+    A resumed episode keeps its options, but for --rounds and --picture.
+    """
+    from goalscope.display import (
+        show_belief,
+        show_done,
+        show_header,
+        show_round,
+        show_summary,
+        show_understood,
+    )
+    from goalscope.domains import Settings, profile_named
+    from goalscope.session import Session, more_rounds, saved_settings
+    from goalscope.store import Store
+
+    out = console()
+    busy = spinner(out, "Thinking...")
+
+    def read(query: str) -> str:
+        busy.stop()
+        words = _read_words(out, query, lambda line: correct(out, session, line))
+        busy.start()
+        return words
+
+    def understood(round: Round) -> None:
+        is_typed = settings.human == "you"
+        show_understood(out, round, before, transcript=not is_typed, order=is_order)
+
+    with Store.open(store) as episodes:
+        info = episodes.episode(resume) if resume else None
+        if info:
+            _refuse_other_options(context, info)
+            check_picture(given.picture, info.domain)
+            settings = saved_settings(info, rounds=rounds)
+        else:
+            settings = given.settings(rounds=rounds or Settings().rounds)
+        profile = info.profile if info else None
+        person = profile_named(settings, profile) if profile else None
+        with settings_model(settings) as engine, _environment(settings, person) as env:
+            is_order = settings.method == "no-inference"
+            before = None
+            session = Session(
+                episodes,
+                settings,
+                env,
+                engine,
+                profile=profile,
+                read=read,
+                resume=info,
+                understood=understood,
+            )
+            show_header(out, session.info)
+            corrections = (
+                '; "/help" tells how to correct the goals.' if settings.method == "good" else "."
+            )
+            out.print(
+                f'"{env.completion_phrase}" ends the task; "quit" leaves, and you can go on later'
+                + corrections,
+                style="dim",
+            )
+            for round in session.earlier:
+                show_round(out, round, before, order=is_order)
+                before = round.belief
+            if session.corrections and session.belief:
+                show_belief(out, session.belief, before)
+            draw = _drawing(env, given.picture)
+            try:
+                with _resumable(session), busy:
+                    for round in session.run():
+                        show_done(out, round)
+                        draw()
+                        before = round.belief
+            except EOFError:
+                raise typer.Exit from None
+            show_summary(out, session.info)
+            if session.info.ended != "terminated":
+                out.print(more_rounds(session.info, settings.rounds), soft_wrap=True)
+
+
+@expand_options
+def run(
+    *,
+    profile: Annotated[
+        str | None, typer.Option(metavar="NAME|all", help="The person to simulate.")
+    ] = None,
+    human: Annotated[
+        Literal["scripted", "simulated", "terse", "distracted", "changes-mind", "volunteers-late"],
+        typer.Option(help="Fixed replies, or a model's, with a habit if one is named."),
+    ] = "scripted",
+    profiles: Annotated[Path | None, typer.Option(help="TOML file of your own people.")] = None,
+    given: EpisodeOptions,
+    rounds: Annotated[int, typer.Option(min=1, help="Most rounds.")] = 20,
+    calls: Calls = None,
+    store: StoreFile = None,
+    as_json: Json = False,
+) -> None:
+    """Run episodes with a simulated person, and score the outcome."""
+    from goalscope.display import show_scores
+    from goalscope.domains import profile_named, profiles_of
+    from goalscope.models.opening import forget
+    from goalscope.session import Session
+    from goalscope.store import Store
+
+    file = str(profiles.absolute()) if profiles else None
+    settings = given.settings(human=human, profiles=file, rounds=rounds)
+    everyone = profiles_of(settings)
+    if not everyone:
+        raise InvalidInputError(
+            f"{given.domain} has no people to simulate: load_profiles returns none."
+        )
+    if not profile:
+        names = ", ".join(person.name for person in everyone)
+        raise InvalidInputError(f"Say who is to be simulated: --profile all, or one of {names}.")
+    people = everyone if profile == "all" else (profile_named(settings, profile),)
+    has_many = len(people) > 1
+    scored: list[Scored] = []
+    try:
+        with Store.open(store) as episodes, settings_model(settings, calls) as engine:
+            for person in people:
+                forget(engine)  # so that each scores as it does alone
+                picture = given.picture
+                if picture and has_many:
+                    picture = picture.with_stem(f"{picture.stem}-{person.name}")
+                with _environment(settings, person) as env:
+                    session = Session(episodes, settings, env, engine, profile=person.name)
+                    draw = _drawing(env, picture)
+                    scored.append(_run_one(session, draw, quiet=as_json, brief=has_many))
+                if as_json and has_many:
+                    typer.echo(f"{len(scored)} of {len(people)}: {person.name}", err=True)
+    finally:  # one JSON value, also of what was done before an interruption
+        if as_json and scored:
+            print(json.dumps([_outcome_json(*each) for each in scored]))
+    if has_many and not as_json:
+        show_scores(console(), scored)
+
+
+def _run_one(session: Session, draw: Callable[[], None], *, quiet: bool, brief: bool) -> Scored:
+    """Run a simulated episode, and print each round unless it is one of many."""
+    import time
+
+    from goalscope.display import (
+        show_checks,
+        show_header,
+        show_round,
+        show_summary,
+        show_unwanted,
+    )
+    from goalscope.safe_text import terminal_safe
+
+    out, start, before = console(), time.monotonic(), None
+    is_order = session.info.method == "no-inference"
+    has_rounds = not (quiet or brief)
+    if has_rounds:
+        show_header(out, session.info)
+    with _resumable(session), spinner(out, "") as busy:
+        busy.update(terminal_safe(f"{session.info.profile}: round 1"))
+        for round in session.run():
+            busy.update(terminal_safe(f"{session.info.profile}: round {round.number + 1}"))
+            if has_rounds:
+                show_round(out, round, before, order=is_order)
+            draw()
+            before = round.belief
+    info, unwanted = session.info, session.unwanted()
+    if session.profile and has_rounds:
+        show_checks(out, session.profile.checks, session.checks_met())
+        if unwanted is not None:
+            show_unwanted(out, unwanted)
+    if not quiet:
+        show_summary(out, info, time.monotonic() - start)
+    return info, unwanted
+
+
+def correct(out: Console, session: Session, line: str) -> None:
+    """Run a command of a chat, a line that begins with a slash, and show the belief."""
+    from goalscope.display import show_belief, show_reasons
+    from goalscope.safe_text import terminal_safe
+    from goalscope.why import reasons
+
+    command, _, rest = line.strip().partition(" ")
+    corrections: dict[str, Correction] = {"/pin": "pin", "/veto": "veto", "/reword": "reword"}
+    belief, is_order = session.belief, session.info.method == "no-inference"
+    try:
+        if command == "/help":
+            commands = NO_HELP if belief is None else ORDER_HELP if is_order else HELP
+            raise InvalidInputError(commands + LEAVING)
+        if command not in ("/goals", "/why", *corrections):
+            raise InvalidInputError(f"There is no command {command}. /help lists the commands.")
+        if belief is None:
+            raise InvalidInputError(NO_HELP)
+        if is_order and command != "/goals":
+            raise InvalidInputError(ORDER_HELP)
+        number, _, text = rest.strip().partition(" ")
+        if command == "/why":
+            goal = _numbered(belief, number, command)
+            show_reasons(out, goal, reasons(belief, session.turns, goal), pinned=belief.pinned)
+            return
+        if command == "/pin" and rest.strip() and not rest.strip().isdecimal():
+            session.correct("pin", Goal(checked_text(rest, "goal")))
+        elif command in corrections:
+            goal = _numbered(belief, number, command)
+            session.correct(corrections[command], goal, text)
+        show_belief(out, session.belief or belief, belief, order=is_order)
+    except InvalidInputError as error:
+        out.print(terminal_safe(str(error), "dim"))
+
+
+def _numbered(belief: Belief, number: str, command: str) -> Goal:
+    """The goal of a number that `show_belief` gives it.
+
+    Raises:
+        InvalidInputError: There is none.
+    """
+    ranked = belief.top()
+    if number.isdecimal() and 1 <= int(number) <= len(ranked):
+        return ranked[int(number) - 1][0]
+    words = ", or in your own words" if command == "/pin" else ""
+    raise InvalidInputError(
+        f"Name a goal by its number, 1 to {len(ranked)}{words}; /goals lists them."
+    )
+
+
+def _read_words(out: Console, query: str, command: Callable[[str], object]) -> str:
+    """Show a query, and return what the person answers.
+
+    Lines that begin with "/" go to `command`, until there is an answer.
+
+    Raises:
+        EOFError: The person leaves.
+    """
+    from goalscope.safe_text import terminal_safe
+
+    out.print(terminal_safe("Agent  ", "cyan").append_text(terminal_safe(query)))
+    while True:
+        words = input("You    ")
+        if not sys.stdin.isatty():
+            out.print(terminal_safe(words))
+        if words.strip(" .!").casefold().removeprefix("/") in ("quit", "exit"):
+            raise EOFError
+        if not words.lstrip().startswith("/"):
+            return words
+        command(words)
+
+
+def _refuse_other_options(context: typer.Context, info: EpisodeInfo) -> None:
+    """Refuse the options that a resumed episode keeps from its beginning.
+
+    Raises:
+        InvalidInputError: One is given.
+    """
+    from goalscope.domains import load_domain
+
+    free = ["resume", "rounds", "picture", "store"]
+    if load_domain(context.params["domain"]) == info.domain:
+        free.append("domain")
+    given = [
+        each.opts[0]
+        for each in context.command.params
+        if each.name not in free
+        and (source := context.get_parameter_source(str(each.name)))
+        and source.name == "COMMANDLINE"
+    ]
+    if given:
+        raise InvalidInputError(
+            f"A resumed episode keeps its options: leave out {', '.join(given)}, or begin another "
+            "one without --resume."
+        )
+
+
+@contextmanager
+def _environment(settings: Settings, person: Profile | None) -> Generator[Environment]:
+    """The environment of an episode, closed at the end; prints its notes."""
+    from goalscope.domains import open_environment
+
+    env = open_environment(settings, person)
+    try:
+        for note in env.notes:
+            console(stderr=True).print(note, style="dim")
+        yield env
+    finally:
+        env.close()
+
+
+def _drawing(env: Environment, file: Path | None) -> Callable[[], None]:
+    """A function that draws the house's room as it now is; without a file it does nothing."""
+    from goalscope.envs.house import HomeRobot
+
+    if file is None or not isinstance(env, HomeRobot):
+        return lambda: None
+    from goalscope.envs.house.picture import svg_picture
+
+    seen = env.metadata
+
+    def draw() -> None:
+        nonlocal seen
+        file.write_text(svg_picture(env.metadata, seen, env.names), encoding="utf-8")
+        seen = env.metadata
+
+    return draw
+
+
+@contextmanager
+def _resumable(session: Session) -> Generator[None]:
+    """Say how to resume an episode that is interrupted."""
+    from goalscope.session import resuming
+
+    try:
+        yield
+    except (KeyboardInterrupt, EOFError, GoalscopeError):
+        kept = "No round was finished, so no episode is kept."
+        if session.is_stored:
+            kept = (
+                f"Episode {session.id} is kept, with "
+                f"{pluralize(session.info.rounds, 'finished round')}. "
+                f"Resume it with: {resuming(session.info)}"
+            )
+        typer.echo(f"\n{kept}", err=True)
+        raise
+
+
+def _outcome_json(info: EpisodeInfo, unwanted: Sequence[str] | None) -> dict[str, Any]:
+    from goalscope.safe_text import model_shown
+
+    return {
+        "profile": info.profile,
+        "method": info.method,
+        "model": model_shown(info.model),
+        "seed": info.settings.get("seed"),
+        "score": info.score,
+        "rounds": info.rounds,
+        "terminated": info.ended == "terminated",
+        "episode": info.id,
+        "unwanted": unwanted,
+    }
