@@ -165,7 +165,7 @@ def test_a_number_names_the_goal_that_has_it_in_the_list(tmp_path) -> None:
     [
         ("/help", "/reword NUMBER TEXT"),
         ("/help", "quit  "),
-        ("/pinn 1", "There is no command /pinn. /help shows"),
+        ("/pinn 1", "There is no command /pinn. /help lists"),
         ("/drop 1", "There is no command /drop."),
         ("/ please", "/help"),
         ("/veto", "1 to 3"),

@@ -49,7 +49,11 @@ readings = st.builds(
     Reading,
     several_orders,
     st.none() | st.floats(-99, 0),
-    st.none() | st.lists(st.floats(0, 9), max_size=2).map(tuple),
+    st.none(),
+) | st.lists(st.tuples(orders, st.floats(0, 9)), max_size=2).map(
+    lambda pairs: Reading(
+        tuple(order for order, _ in pairs), None, tuple(margin for _, margin in pairs)
+    )
 )
 shares = st.floats(0, 1)
 calibrations = st.builds(

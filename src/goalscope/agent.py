@@ -15,7 +15,7 @@ from goalscope.episode import Round, retracted
 from goalscope.executor import Execution, Executor
 from goalscope.goals import UNEXPLAINED, GoalManager, Trigger
 from goalscope.guards import UNSURE
-from goalscope.likelihood import DEFAULT_LAYOUT, Layout, PromptedRanking, RolePlay
+from goalscope.likelihood import Likelihood, PromptedRanking, RolePlay
 from goalscope.models import Model, OnText
 from goalscope.modules import Modules, modules_of
 from goalscope.orders import TELLING, Order, Reading, is_aside
@@ -68,8 +68,7 @@ class Agent:
         k: Number of goals to act on.
         patience: See `GoalManager`.
         propose: See `GoalManager`; "no-inference" always proposes as in the paper.
-        layout: Where the likelihood prompt states the goal; None takes the default.
-        end_of_turn: Whether the end of the utterance is scored, too.
+        likelihood: Evidence of a turn, for "good"; by default the role-play likelihood of `model`.
         calibration: Turns evidence into probabilities; None for `DEFAULT`. (A calibration on given
             goals is too unsure of goals that the agent proposes itself; see LOG.md.)
         modules: Propose, remove, plan and ask; by default those of the model.
@@ -94,8 +93,7 @@ class Agent:
         k: int = 3,
         patience: int = 3,
         propose: Trigger = UNEXPLAINED,
-        layout: Layout | None = None,
-        end_of_turn: bool = False,
+        likelihood: Likelihood | None = None,
         calibration: Calibration | None = None,
         modules: Modules | None = None,
         unsure: float = UNSURE,
@@ -127,9 +125,10 @@ class Agent:
         self._corrections: list[GoalChange] = []
         self._uncorrected: list[tuple[Belief, list[GoalChange]]] = []
         if method == "good":
-            roleplay = RolePlay(model, layout=layout or DEFAULT_LAYOUT, end_of_turn=end_of_turn)
             self.tracker = GoalTracker(
-                task=env.task, likelihood=roleplay, calibration=calibration or DEFAULT
+                task=env.task,
+                likelihood=likelihood or RolePlay(model),
+                calibration=calibration or DEFAULT,
             )
         elif method == "no-inference":
             self.tracker = GoalTracker(task=env.task, likelihood=PromptedRanking(model))

@@ -14,6 +14,7 @@ from goalscope.belief import Belief
 from goalscope.calibration import Calibration
 from goalscope.datasets.jsonl import Dialogue, read_dialogues
 from goalscope.likelihood import Likelihood
+from goalscope.models.opening import forget
 from goalscope.types import UNSPECIFIED, GoalscopeError, InvalidInputError
 
 __all__ = ["Dialogue", "infer", "read_dialogues", "trim_output"]
@@ -82,6 +83,7 @@ def infer(
         InvalidInputError: A dialogue does not fit the model; names the line.
     """
     for dialogue in dialogues:
+        forget(getattr(likelihood, "model", None))  # so that a resumed run scores the same
         try:
             table = likelihood.log_likelihood(
                 dialogue.task, [*dialogue.goals, UNSPECIFIED], dialogue.turns

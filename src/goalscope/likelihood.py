@@ -39,11 +39,16 @@ GOAL_TOKENS = 256
 
 
 class Likelihood(Protocol):
-    """Evidence for each goal from each turn."""
+    """Evidence for each goal from each turn.
+
+    A column must depend on its own goal alone: then a goal that is added later gets the evidence
+    that it would have had from the start. `UNSPECIFIED` may be among the goals, and stands for a
+    person with no stated goal.
+    """
 
     @property
     def calibration(self) -> Calibration:
-        """The default calibration for this evidence."""
+        """The default calibration for this evidence; `PAPER` uses it as it is."""
         ...
 
     def log_likelihood(
@@ -52,7 +57,7 @@ class Likelihood(Protocol):
         """Score the utterances of `turns[since:]`, each given all turns before it.
 
         Returns:
-            [T - since, G] in nats.
+            [T - since, G] log P(utterance | goal) in nats; -inf means impossible.
 
         Raises:
             InvalidInputError: A goal or an utterance is too long for the model.

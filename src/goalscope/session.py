@@ -18,6 +18,7 @@ from goalscope.domains import (
     modules_for,
     profile_named,
     profiles_of,
+    roleplay_of,
     settings_of,
 )
 from goalscope.envs import Environment
@@ -121,8 +122,7 @@ class Session:
             env,
             model,
             method=settings.method,
-            layout=settings.layout,
-            end_of_turn=settings.end_of_turn,
+            likelihood=roleplay_of(settings, model) if settings.method == "good" else None,
             calibration=calibration_named(settings.calibration) if settings.calibration else None,
             propose=settings.propose,
             modules=modules_for(settings, model),

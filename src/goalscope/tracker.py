@@ -11,6 +11,7 @@ from threading import RLock
 from typing import Any, Literal, TypeVar, cast, get_args
 
 import numpy as np
+import numpy.typing as npt
 
 from goalscope.belief import Belief
 from goalscope.calibration import Calibration
@@ -20,7 +21,7 @@ from goalscope.episode import Round
 from goalscope.goals import GoalManager, incomplete, made_from
 from goalscope.likelihood import Likelihood, PromptedRanking, RolePlay
 from goalscope.models import LikelihoodModel, model_name
-from goalscope.models.opening import open_model
+from goalscope.models.opening import embedded_scorer
 from goalscope.types import (
     UNSPECIFIED,
     Goal,
@@ -44,6 +45,8 @@ UNCORRECTABLE = "This method holds no belief that could be corrected."
 
 YOURS = "you named it"
 """Reason of a goal that the person named themselves."""
+
+Array = npt.NDArray[np.float64]
 
 _MODEL = ("token_logprobs", "count_tokens", "context_size")
 
@@ -100,13 +103,13 @@ class GoalTracker:
             )
         if model is not None and (wrong := _wrong(model)):
             raise InvalidInputError(f"The model {model_name(model)} cannot be used: {wrong}.")
-        if likelihood is not None and not hasattr(likelihood, "log_likelihood"):
-            raise InvalidInputError(f"likelihood must be one such as RolePlay, not {likelihood!r}.")
+        if likelihood is not None and (wrong := _unusable(likelihood)):
+            raise InvalidInputError(f"The likelihood {likelihood!r} cannot be used: {wrong}.")
         self.task = checked_text(task, "task")
         support = [UNSPECIFIED] if include_unspecified else []
         given = distinct([*support, *goals_of(goals)])
         named = None if calibration is None else _calibration(calibration)
-        self.likelihood = likelihood or RolePlay(model or open_model())
+        self.likelihood = likelihood or RolePlay(model or embedded_scorer())
         self._busy = RLock()
         self.turns: list[Turn] = []
         self.belief = Belief.uniform(given, named or self.likelihood.calibration)
@@ -140,10 +143,8 @@ class GoalTracker:
             raise InvalidInputError(f"weight must be a number from 0 to 1, not {weight!r}")
         said = Turn(readable(query, "query"), checked_text(utterance, "utterance"))
         turns = [*self.turns, said]
-        rows = self.likelihood.log_likelihood(
-            self.task, self.belief.goals, turns, since=len(self.turns)
-        )
-        self.belief = self.belief.observe(rows[0], float(weight))
+        (row,) = self._scored(self.belief.goals, turns, since=len(self.turns))
+        self.belief = self.belief.observe(row, float(weight))
         self.turns = turns
         return self.belief
 
@@ -172,19 +173,34 @@ class GoalTracker:
         return self._add(added)
 
     def _add(self, added: Sequence[Goal]) -> Belief:
+        added = [goal for goal in added if goal not in self.belief.goals]
         if not self.turns or not isinstance(self.likelihood, PromptedRanking):
-            self.belief = self.belief.add(
-                added, lambda new: self.likelihood.log_likelihood(self.task, new, self.turns)
-            )
+            self.belief = self.belief.add(added, lambda new: self._scored(new, self.turns))
         elif added:  # a ranking is of all goals together
             goals = (*self.belief.goals, *added)
             self.belief = replace(
                 self.belief,
                 goals=goals,
                 log_prior=np.zeros(len(goals)),
-                log_likelihood=self.likelihood.log_likelihood(self.task, goals, self.turns),
+                log_likelihood=self._scored(goals, self.turns),
             )
         return self.belief
+
+    def _scored(self, goals: Sequence[Goal], turns: Sequence[Turn], *, since: int = 0) -> Array:
+        """[T - since, G] evidence in nats.
+
+        Raises:
+            InvalidInputError: The likelihood returned something else.
+        """
+        found = self.likelihood.log_likelihood(self.task, goals, turns, since=since)
+        expected = (len(turns) - since, len(goals))
+        shape = getattr(found, "shape", type(found).__name__)
+        if shape != expected:
+            raise InvalidInputError(
+                f"{type(self.likelihood).__name__}.log_likelihood must return an array of "
+                f"{list(expected)} (turns from `since` on, goals), not {shape}."
+            )
+        return found
 
     @_synchronized
     def drop(self, goals: Iterable[str | Goal]) -> Belief:
@@ -411,6 +427,18 @@ class GoalTracker:
             raise
         self.drop(change.goal for change in removed)
         return [*added, *removed], missing and not added
+
+
+def _unusable(likelihood: object) -> str:
+    """Why a user's own likelihood cannot be used; empty if it can."""
+    if isinstance(likelihood, type):
+        return f"it is a class; give an instance, {likelihood.__name__}(...)"
+    if not hasattr(likelihood, "log_likelihood"):
+        return "it has no method log_likelihood; see goalscope.likelihood.Likelihood"
+    found = getattr(likelihood, "calibration", None)
+    if not isinstance(found, Calibration):
+        return f"its attribute calibration must be a Calibration, such as PAPER, not {found!r}"
+    return ""
 
 
 def _wrong(model: LikelihoodModel) -> str:

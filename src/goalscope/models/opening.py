@@ -6,6 +6,7 @@ import os
 import re
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import ExitStack
+from functools import cache
 from pathlib import Path
 from typing import Any, cast
 
@@ -258,6 +259,18 @@ def open_model(
         )
         opened.pop_all()
     return result
+
+
+@cache
+def embedded_scorer() -> OpenScorer:
+    """The embedded model with its adapter, for trackers without a model of their own.
+
+    It is opened once, and stays open.
+
+    Raises:
+        ModelError: The model or the adapter is missing or broken.
+    """
+    return _local(None, None, _adapter(None, None))
 
 
 def open_reader(
