@@ -185,7 +185,7 @@ def test_a_confirmed_goal_stands_and_the_next_round_tells_of_it(goal, new) -> No
     assert belief is belief_in(agent)
     assert p(belief, named) >= PINNED
     round = agent.step("And?", "light please")
-    told = [GoalChange("added", TEA, "you named it")] * new
+    told = [GoalChange("added", TEA, "you named it", source="person")] * new
     told += [GoalChange("pinned", named, "you confirmed it")]
     assert list(round.changes[: len(told)]) == told
     assert round.belief is not None

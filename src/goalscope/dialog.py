@@ -70,7 +70,7 @@ class Human(Protocol):
 
 
 def ask(
-    writer: Asker,
+    asker: Asker,
     env: Environment,
     turns: Sequence[Turn],
     done: str,
@@ -80,7 +80,7 @@ def ask(
     """The agent's next question; none is asked twice.
 
     Args:
-        writer: Writes it.
+        asker: Writes it.
         env: Where the agent acts.
         turns: The conversation.
         done: What the agent has done, in words.
@@ -89,7 +89,7 @@ def ask(
     """
     if not turns:
         return OPENING
-    question = question_of(writer.question(env.task, turns, done, goals, on_text=on_text))
+    question = question_of(asker.question(env.task, turns, done, goals, on_text=on_text))
     asked = {question_of(turn.query) for turn in turns}
     return question if question.endswith("?") and question not in asked else FALLBACK
 

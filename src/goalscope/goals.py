@@ -77,8 +77,7 @@ def made_from(changes: Sequence[Sequence[GoalChange]]) -> int:
     """
     made = 0
     for number, each in enumerate(changes, 1):
-        named = {change.goal for change in each if change.kind == "pinned"}
-        if any(change.kind == "added" and change.goal not in named for change in each):
+        if any(change.kind == "added" and change.source != "person" for change in each):
             made = number
     return made
 
@@ -109,7 +108,7 @@ class GoalManager:
     """Decides which goals the belief is over (Sec. 3.2).
 
     Args:
-        writer: Names goals.
+        proposer: Names goals.
         model: Scores how relevant and how safe they are.
         task: The agent's task.
         remover: Removes goals by a prompt instead.
@@ -122,7 +121,7 @@ class GoalManager:
 
     def __init__(
         self,
-        writer: Proposer,
+        proposer: Proposer,
         model: LikelihoodModel,
         task: str,
         *,
@@ -139,7 +138,7 @@ class GoalManager:
                 f'propose must be a probability below 1, such as {UNEXPLAINED}, or "paper", not '
                 f"{propose!r}"
             )
-        self.writer = writer
+        self.proposer = proposer
         self.model = model
         self.task = task
         self.remover = remover
@@ -168,7 +167,7 @@ class GoalManager:
         out = {canonical(goal.text) for goal in (*belief.goals, *ruled_out)}
         past = {canonical(change.goal.text): change.goal for change in removed}
         return propose(
-            self.writer,
+            self.proposer,
             None if isinstance(likelihood, PromptedRanking) else likelihood,
             self.task,
             turns,
@@ -225,7 +224,7 @@ def _gist(text: str) -> str:
 
 
 def propose(
-    writer: Proposer,
+    proposer: Proposer,
     likelihood: Likelihood | None,
     task: str,
     turns: Sequence[Turn],
@@ -237,7 +236,7 @@ def propose(
 ) -> list[GoalChange]:
     """Goals to add to the known ones, those of the belief and its `ruled_out`.
 
-    The writer lists candidates, likeliest first; one that differs from a known goal only by a
+    The proposer lists candidates, likeliest first; one that differs from a known goal only by a
     determiner is none. With a likelihood, the goals of the `past`, which had been removed, are
     candidates, too; the `keep` candidates that explain the person's words best, and better than no
     goal, are added. Turns count by their `weights` (see `Belief.weights`). Without a likelihood,
@@ -246,7 +245,7 @@ def propose(
     known = {_gist(goal.text) for goal in (*goals, *past)}
     candidates = [*past] if likelihood else []
     held = [goal.text for goal in goals if goal != UNSPECIFIED]
-    for text in writer.goals(task, turns, held):
+    for text in proposer.goals(task, turns, held):
         if _gist(text) not in known:
             candidates.append(Goal(text))
             known.add(_gist(text))

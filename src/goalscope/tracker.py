@@ -35,16 +35,13 @@ from goalscope.types import (
     readable,
 )
 
-__all__ = ["UNCORRECTABLE", "YOURS", "Correction", "GoalTracker"]
+__all__ = ["UNCORRECTABLE", "Correction", "GoalTracker"]
 
 Correction = Literal["pin", "veto", "reword"]
 """How a person corrects the goals; see `GoalTracker.correct`."""
 
 UNCORRECTABLE = "This method holds no belief that could be corrected."
 """Why a `Correction` is refused where there are no probabilities."""
-
-YOURS = "you named it"
-"""Reason of a goal that the person named themselves."""
 
 Array = npt.NDArray[np.float64]
 
@@ -278,7 +275,7 @@ class GoalTracker:
             return []
         if correction != "veto":
             if kept not in self.belief.goals:
-                changes.append(GoalChange("added", kept, YOURS))
+                changes.append(GoalChange("added", kept, "you named it", source="person"))
             self.pin(kept)
             changes.append(GoalChange("pinned", kept, "you confirmed it"))
         if correction == "veto" or (correction == "reword" and changes[-1].goal != named):

@@ -19,7 +19,7 @@ from goalscope.models import Model, model_name
 from goalscope.modules import modules_of
 from goalscope.rounds_json import belief_from_json, belief_to_json
 from goalscope.store import EpisodeInfo, Store
-from goalscope.tracker import YOURS, Correction, GoalTracker
+from goalscope.tracker import Correction, GoalTracker
 from goalscope.types import (
     TRACKING,
     UNSPECIFIED,
@@ -46,7 +46,6 @@ MAX_TEXT, MAX_GOAL = 4000, 500
 CACHED = 16
 """Sessions whose rounds stay in memory."""
 
-GIVEN = "it was given"
 TOO_MANY = f"A session has at most {MAX_GOALS} goals. Rule some out, or leave some out."
 
 
@@ -124,7 +123,7 @@ class Tracked:
     def proposed(self) -> dict[Goal, int]:
         """The number of turns that each goal was made from; see `goalscope.advice.advice`."""
         return {
-            each.goal: 0 if each.reason in (GIVEN, YOURS) else round.number
+            each.goal: round.number if each.source == "model" else 0
             for round in self.rounds
             for each in round.changes
             if each.kind == "added"
@@ -264,7 +263,7 @@ class Trackers:
         def change(tracker: GoalTracker) -> list[GoalChange]:
             new = _new(tracker.belief, goals)
             tracker.add(new)
-            return [GoalChange("added", goal, GIVEN) for goal in new]
+            return [GoalChange("added", goal, "it was given", source="program") for goal in new]
 
         return self._change(id, change)
 
@@ -392,7 +391,7 @@ def _manage(
         modules.proposer, model, tracker.task, remover=modules.remover, propose=settings.propose
     )
     past = [*(change for round in session.rounds for change in round.changes), *corrections]
-    named = {each.goal for each in past if each.kind == "added" and each.reason != GIVEN}
+    named = {each.goal for each in past if each.kind == "added" and each.source != "program"}
     given = {*tracker.belief.goals} - named - {UNSPECIFIED}
     changes, _ = tracker.manage(goals, session.rounds, corrections, given=given, most=MAX_GOALS + 1)
     return changes

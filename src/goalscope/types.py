@@ -212,12 +212,15 @@ class GoalChange:
         goal: The goal.
         reason: Why, for people.
         final: Whether a removed goal stays out, whatever is said later.
+        source: Who added the goal: the model proposed it, the person named it, or a program listed
+            it.
     """
 
     kind: Literal["added", "removed", "pinned"]
     goal: Goal
     reason: str
     final: bool = False
+    source: Literal["model", "person", "program"] = "model"
 
 
 @dataclass(frozen=True, slots=True)
