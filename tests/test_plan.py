@@ -44,9 +44,10 @@ def read(tmp_path, text):
 
 def refused(tmp_path, text, folder=None):
     """Why it cannot be read or planned."""
-    with pytest.MonkeyPatch.context() as patch, pytest.raises(InvalidInputError) as caught:
+    with pytest.MonkeyPatch.context() as patch:
         patch.delenv("GOALSCOPE_DATA", raising=False)
-        specs_of(read(tmp_path, text), folder)
+        with pytest.raises(InvalidInputError) as caught:
+            specs_of(read(tmp_path, text), folder)
     assert "\n" not in str(caught.value)
     return str(caught.value)
 
