@@ -102,6 +102,8 @@ class WordModel:
                 on_text(text[:end])
         return Completion(text, "stop", len(words(prompt)), len(words(text)))
 
+    def close(self) -> None: ...
+
 
 class RefusesAll(WordModel):
     """Finds every refusal likelier than any consent."""

@@ -262,11 +262,8 @@ def _command(*words: str) -> None:
     from goalscope.models import opening
     from test_run import NamedModel
 
-    class Small(NamedModel):
-        def close(self) -> None: ...
-
-    def small(*_: Any, **__: Any) -> Small:
-        return Small(REPLIES)
+    def small(*_: Any, **__: Any) -> NamedModel:
+        return NamedModel(REPLIES)
 
     quiet = Console(file=open(os.devnull, "w"))  # noqa: SIM115
     work.opened = identity.opened = opening.open_model = small

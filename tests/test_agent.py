@@ -88,19 +88,6 @@ def test_resumed_agent_goes_on_where_it_was(method) -> None:
         assert a.belief.probability == pytest.approx(b.belief.probability)
 
 
-def test_error_in_a_round_leaves_everything_as_it_was() -> None:
-    env = LampRoom()
-    agent = Agent(env, WordModel(REPLIES))
-    agent.step("What now?", "lamp light please")
-    state, belief = env.status(), agent.tracker and agent.tracker.belief
-    with pytest.raises(InvalidInputError):
-        agent.step("And?", "word " * 5000)
-    assert env.status() == state
-    assert agent.tracker is not None
-    assert agent.tracker.belief is belief
-    assert len(agent.rounds) == 1
-
-
 def test_no_goals_acts_on_the_words_alone() -> None:
     env = LampRoom()
     round = Agent(env, WordModel(REPLIES), method="no-goals").step("What?", "lamp light please")
@@ -417,9 +404,19 @@ def test_the_first_question_is_an_offer_and_later_ones_are_the_writers() -> None
     assert heard == ["So.", "So. Is", "So. Is it", "So. Is it bright?"]
 
 
-@pytest.mark.parametrize("text", ["", "none", "It is bright.", "\n"])
-def test_where_nothing_is_asked_the_person_may_say_anything(text: str) -> None:
-    assert asked(text, Turn(OPENING, "It is dark.")) == FALLBACK
+@pytest.mark.parametrize(
+    ("text", "before"),
+    [
+        ("", Turn(OPENING, "It is dark.")),
+        ("none", Turn(OPENING, "It is dark.")),
+        ("It is bright.", Turn(OPENING, "It is dark.")),
+        ("\n", Turn(OPENING, "It is dark.")),
+        ("Is it bright enough?", Turn("Fine. Is it bright enough?", "no")),
+    ],
+    ids=["nothing", "none", "no question", "an empty line", "asked before"],
+)
+def test_where_nothing_new_is_asked_the_person_may_say_anything(text: str, before: Turn) -> None:
+    assert asked(text, before, Turn(FALLBACK, "hm")) == FALLBACK
 
 
 @pytest.mark.parametrize(("nats", "said"), [(-3.0, "Is it bright?"), (-12.0, FALLBACK)])
@@ -430,11 +427,6 @@ def test_a_question_of_which_the_writer_is_unsure_is_not_asked(nats: float, said
 
     writer = Writer(Writes({QUESTION: "Is it bright?"}))
     assert ask(writer, LampRoom(), [Turn(OPENING, "It is dark.")], "", ["read"]) == said
-
-
-def test_question_is_never_asked_twice() -> None:
-    turns = [Turn("Fine. Is it bright enough?", "no"), Turn(FALLBACK, "hm")]
-    assert asked("Is it bright enough?", *turns) == FALLBACK
 
 
 def test_a_question_is_written_with_what_was_done_and_what_the_person_may_want() -> None:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-import sys
 
 import numpy as np
 import pytest
@@ -11,7 +10,7 @@ import pytest
 from fakes import WordModel, said
 from goalscope.benchmarks.baselines import bm25, embedding, outright, overlap, tfidf
 from goalscope.prompts import render
-from goalscope.types import Goal, GoalscopeError
+from goalscope.types import Goal
 
 GOALS = [Goal("bake cake"), Goal("bake bread now")]
 
@@ -80,12 +79,6 @@ def test_goals_and_utterances_without_a_word_are_like_nothing(likeness):
     if likeness is not embedding:
         assert not wordless.any()
         assert mixed[:, 0].tolist() == [0, 0]
-
-
-def test_a_missing_package_names_the_extra(monkeypatch):
-    monkeypatch.setitem(sys.modules, "bm25s", None)
-    with pytest.raises(GoalscopeError, match=r"goalscope\[experiments\]"):
-        bm25(GOALS, said("cake"))
 
 
 @pytest.mark.parametrize(

@@ -75,56 +75,6 @@ def softmax(values: np.ndarray) -> np.ndarray:
     return weights / weights.sum()
 
 
-@given(beliefs(st.just(PAPER)), st.floats(0.1, 20))
-def test_temperature_divides_log_odds(belief: Belief, temperature: float) -> None:
-    flat = replace(belief, log_prior=np.zeros(len(belief.goals)))
-    cooler = replace(flat, calibration=Calibration(temperature=temperature))
-    odds, tempered = (each.log_posterior - each.log_posterior[0] for each in (flat, cooler))
-    assert tempered * temperature == pytest.approx(odds, abs=1e-6)
-
-
-@given(beliefs(), inside)
-def test_unstated_is_the_prior_of_unspecified_among_any_number_of_goals(
-    belief: Belief, prior_unspecified: float
-) -> None:
-    own = replace(
-        belief, calibration=replace(belief.calibration, prior_unspecified=prior_unspecified)
-    )
-    before = np.exp(own.log_posteriors[0])
-    place = own.goals.index(UNSPECIFIED)
-    assert before[place] == pytest.approx(prior_unspecified)
-    others = np.delete(own.log_prior, place)
-    assert np.delete(before, place) == pytest.approx((1 - prior_unspecified) * softmax(others))
-
-
-@pytest.mark.parametrize("support", [[UNSPECIFIED], goals(3)])
-def test_unstated_and_reference_change_nothing_without_something_to_compare(
-    support: list[Goal],
-) -> None:
-    calibration = Calibration(reference=0.5, prior_unspecified=0.9)
-    for row in ([], [-1.0 * i for i in range(len(support))]):
-        one, other = (Belief.uniform(support, each) for each in (calibration, PAPER))
-        if row:
-            one, other = one.observe(row), other.observe(row)
-        assert one.probability.tolist() == other.probability.tolist()
-
-
-@given(beliefs(st.just(PAPER), least=1), share)
-def test_reference_is_the_share_of_the_other_goals_mean_in_the_evidence_of_unspecified(
-    belief: Belief, reference: float
-) -> None:
-    place = belief.goals.index(UNSPECIFIED)
-    table = belief.log_likelihood.copy()
-    own, others = table[:, place], np.delete(table, place, axis=1)
-    for part in (0.0, reference, 1.0):
-        mixed = table.copy()
-        counted = part * (1 - 1 / others.shape[1])
-        mixed[:, place] = (1 - counted) * own + counted * others.mean(1)
-        found = replace(belief, calibration=Calibration(reference=part))
-        expected = softmax(belief.log_prior + mixed.sum(0))
-        assert found.probability == pytest.approx(expected, abs=1e-9)
-
-
 @given(st.integers(1, 4), st.integers(0, 3), share, st.none() | inside, share)
 def test_a_goal_that_is_impossible_does_not_make_unspecified_impossible(
     g: int, possible: int, reference: float, prior_unspecified: float | None, switching: float
@@ -209,24 +159,6 @@ def test_after_a_change_of_mind_a_goal_leads_as_soon_however_far_it_trailed(
     assert moved.argmax() == 1
     if turns * behind > enough * each:
         assert stuck.argmax() == 0
-
-
-@given(beliefs())
-def test_each_row_is_the_belief_after_as_many_turns(belief: Belief) -> None:
-    rows = belief.log_posteriors
-    assert rows.shape == (len(belief.log_likelihood) + 1, len(belief.goals))
-    for turn, row in enumerate(rows):
-        then = replace(belief, log_likelihood=belief.log_likelihood[:turn])
-        assert row == pytest.approx(then.log_posterior)
-        assert np.exp(row).sum() == pytest.approx(1)
-
-
-@given(beliefs(values=nats | st.just(-math.inf), calibrations=st.builds(
-    Calibration, st.floats(0.1, 20), st.floats(0, 0.99), st.none() | inside, share)))  # fmt: skip
-def test_what_is_impossible_leaves_no_nan(belief: Belief) -> None:
-    for row in belief.log_posteriors:
-        total = np.exp(row).sum()
-        assert total == (0 if np.isneginf(row).all() else pytest.approx(1))
 
 
 def test_a_turn_that_nothing_explains_is_forgotten_by_a_mind_that_can_change() -> None:

@@ -54,13 +54,9 @@ def words(monkeypatch):
     """Models that need no loading; the list of the adapters that were asked for."""
     asked = []
 
-    class Closable(NamedModel):
-        def close(self):
-            pass
-
     def opened(model=None, *, adapter=None, **_):
         asked.append(adapter)
-        return Closable()
+        return NamedModel()
 
     monkeypatch.setattr("goalscope.models.opening.open_model", opened)
     return asked
@@ -131,13 +127,6 @@ def test_what_cannot_be_found_is_said_in_one_line(shop, tmp_path):
     assert "goalscope episodes" in fails(2, "chat", "--resume", "nothing")
 
 
-def test_a_missing_package_is_named_with_a_remedy_for_a_clone_and_for_a_release(monkeypatch):
-    monkeypatch.setitem(sys.modules, "uvicorn", None)
-    said = fails(1, "serve")
-    assert 'pip install ".[web]"` in a clone' in said
-    assert 'pip install "goalscope[web]"' in said
-
-
 @pytest.mark.parametrize(
     ("broken", "cause"),
     [
@@ -176,14 +165,13 @@ def test_a_file_without_dialogues_is_told_before_anything_is_written(tmp_path):
     assert not (tmp_path / "o").exists()
 
 
-def test_infer_writes_a_belief_per_turn_and_continues_after_a_crash(tmp_path):
+def test_infer_writes_a_belief_per_turn(tmp_path):
     out = tmp_path / "out.jsonl"
     file = rows_file(tmp_path, ROW, "", {**ROW, "id": 2, "goals": ["cook soup", "Cook  soup."]})
     said = invoke("infer", file, "--out", out)
     assert (said.exit_code, said.stdout) == (0, "")
     assert said.stderr.splitlines() == [f"{out}: 2 dialogues, 4 turns"]  # and no bar
-    whole = out.read_text()
-    lines = [json.loads(line) for line in whole.splitlines()]
+    lines = [json.loads(line) for line in out.read_text().splitlines()]
     assert [(line["id"], line["turn"]) for line in lines] == [("a", 1), ("a", 2), (2, 1), (2, 2)]
     assert lines[2]["goals"] == ["cook soup"]
     assert {line["settings"]["model"] for line in lines} == {"SmolLM2-135M-Instruct"}
@@ -202,15 +190,10 @@ def test_infer_writes_a_belief_per_turn_and_continues_after_a_crash(tmp_path):
     assert second["probability"][0] > 0.5
     assert first["unspecified_log_likelihood"] < 0
 
-    for cut in (len(whole) - 9, whole.index('{"id": 2') + 3, whole.index('{"id": "a", "turn": 2')):
-        out.write_text(whole[:cut])
-        assert invoke("infer", file, "--out", out).exit_code == 0
-        again = [json.loads(line) for line in out.read_text().splitlines()]
-        assert [(line["id"], line["turn"]) for line in again] == [
-            (line["id"], line["turn"]) for line in lines
-        ]
-        for new, old in zip(again, lines, strict=True):
-            assert new["log_likelihood"] == old["log_likelihood"]
+    whole = out.read_text()
+    out.write_text(whole[: whole.index('{"id": 2') + 3])
+    assert invoke("infer", file, "--out", out).exit_code == 0
+    assert out.read_text() == whole
 
 
 def test_infer_leaves_foreign_files_alone(tmp_path):

@@ -1,21 +1,18 @@
 """Episodes on the command line: chat, run and replay; what is kept, and how one goes on."""
 
 import json
-import os
-import signal
-import subprocess
-import time
 from dataclasses import replace
 from pathlib import Path
 
 import pytest
 
 import test_cli
+from goalscope.agent import Agent
 from goalscope.calibration import DEFAULT, PAPER
 from goalscope.calibrations import keep_calibration
 from goalscope.domains import settings_of
 from goalscope.store import Store, new_episode
-from test_cli import MAIN, PROFILES, ROW, SOURCE, fails, invoke, rows_file
+from test_cli import PROFILES, ROW, fails, invoke, rows_file
 from test_store import a_round
 
 shop, store_file, words = test_cli.shop, test_cli.store_file, test_cli.words
@@ -236,36 +233,24 @@ def test_an_adapter_is_kept_with_an_episode(shop, store_file, words, tmp_path, m
     assert words == [str(tmp_path / "mine")] * 2 + ["none", str(tmp_path / "mine"), None]
 
 
-@pytest.mark.skipif(os.name == "nt", reason="the system has no POSIX signals")
-def test_an_interrupted_run_says_how_to_go_on(shop, store_file, tmp_path):
+def test_an_interrupted_run_says_how_to_go_on(shop, store_file, words, tmp_path, monkeypatch):
+    """`reliability/test_kills.py` interrupts real processes."""
     (tmp_path / "people.toml").write_text(PROFILES + TALKER)
-    env = os.environ | {"PYTHONPATH": SOURCE}
-    with subprocess.Popen(
-        [*MAIN, "run", "--profile", "talker", "--method", "no-goals", *shop],
-        env=env,
-        stdout=subprocess.DEVNULL,
-        stderr=subprocess.PIPE,
-        text=True,
-        # A test run in the background may have SIGINT ignored, and a child inherits that.
-        preexec_fn=lambda: signal.signal(signal.SIGINT, signal.SIG_DFL),
-    ) as process:
-        seen = 0
-        deadline = time.monotonic() + 300
-        while seen == 0 and process.poll() is None and time.monotonic() < deadline:
-            time.sleep(0.02)
-            if store_file.exists():
-                with Store.open(store_file) as store:
-                    seen = sum(info.rounds for info in store.episodes())
-        process.send_signal(signal.SIGINT)
-        _, said = process.communicate()
+    step, count = Agent.step, iter(range(9))
+
+    def interrupted(*given, **more):
+        if next(count) == 1:
+            raise KeyboardInterrupt
+        return step(*given, **more)
+
+    with monkeypatch.context() as patch:
+        patch.setattr(Agent, "step", interrupted)
+        stopped = invoke("run", "--profile", "talker", "--method", "no-goals", *shop)
+    assert stopped.exit_code == 130
     with Store.open(store_file) as store:
         (info,) = store.episodes()
-        assert seen >= 1
-        assert info.ended is None, "the run was over before the signal"
-        assert len(store.rounds(info.id)) == info.rounds >= seen
-    assert process.returncode == 130
-    assert f"goalscope chat --resume {info.id}" in said
-    assert "Traceback" not in said
+        assert (info.ended, info.rounds) == (None, 1)
+    assert f"goalscope chat --resume {info.id}" in stopped.stderr
     resumed = invoke("chat", "--resume", info.id)
     assert resumed.exit_code == 0, resumed.output
     with Store.open(store_file) as store:

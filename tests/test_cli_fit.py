@@ -59,15 +59,6 @@ def test_the_folder_holds_the_adapter_and_no_state(finished: Finished) -> None:
     assert (config["r"], config["lora_alpha"], config["peft_type"]) == (4, 4, "LORA")
 
 
-def test_goalscope_scores_with_it_as_it_was_fitted(finished: Finished, path: Path) -> None:
-    file = finished.folder / "adapter.gguf"
-    adapted = Transformers(path, adapter=file, device="cpu", dtype="float32")
-    expected = likelihood(finished.model)
-    np.testing.assert_allclose(likelihood(adapted), expected, atol=0.03)
-    plain = Transformers(path, device="cpu", dtype="float32")
-    assert np.abs(likelihood(plain) - expected).max() > 0.2
-
-
 def test_peft_reads_it(finished: Finished, path: Path) -> None:
     base = transformers.AutoModelForCausalLM.from_pretrained(path, dtype=torch.float32)
     model = peft.PeftModel.from_pretrained(base, finished.folder).eval()

@@ -141,7 +141,7 @@ def test_the_command_tells_both_scores(tmp_path, monkeypatch, capsys):
         dialogue("a", "add decaf latte with oat milk"),
         dialogue("b", "remove latte, a decaf latte with oat milk"),
     )
-    model = type("Words", (WordModel,), {"close": lambda self: None})()
+    model = WordModel()
     monkeypatch.setattr("orders.open_reader", lambda *_, **__: (model, False))
     main(COFFEE, data=tmp_path, as_json=True)
     told = json.loads(capsys.readouterr().out)

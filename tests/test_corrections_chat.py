@@ -168,7 +168,6 @@ def test_a_number_names_the_goal_that_has_it_in_the_list(tmp_path) -> None:
         ("/pinn 1", "There is no command /pinn. /help lists"),
         ("/drop 1", "There is no command /drop."),
         ("/ please", "/help"),
-        ("/veto", "1 to 3"),
         ("/veto 0", "1 to 3"),
         ("/pin 4", "1 to 3"),
         ("/pin", "1 to 3, or in your own words; /goals"),
@@ -212,17 +211,3 @@ def test_a_chat_says_how_to_correct_goals_where_that_is_possible(shop, words, me
     shown = invoke("chat", *shop[:2], "--method", method, input="/quit\n").stdout
     assert ("/help" in shown) == (method == "good")
     assert "ends the task" in shown
-
-
-def test_slashes_in_a_chat_are_no_words_of_the_dialogue(shop, words, store_file) -> None:  # noqa: F811
-    lines = "I need cocoa powder.\n/pin bake a cake\n/goals\nAnd flour.\n"
-    result = invoke("chat", *shop[:2], input=lines)
-    assert result.exit_code == 0, result.output
-    assert "(you confirmed it)" in result.stdout
-    with Store.open(store_file) as store:
-        (info,) = store.episodes()
-        rounds = store.rounds(info.id)
-    said = [round.turn for round in rounds]
-    assert [turn.utterance for turn in said] == ["I need cocoa powder.", "And flour."]
-    assert said[1].query
-    assert ("pinned", Goal("bake a cake")) in [(c.kind, c.goal) for c in rounds[1].changes]

@@ -326,8 +326,3 @@ def test_the_command_line_takes_an_address(server, monkeypatch):
 )
 def test_other_addresses_are_refused(address, said):
     assert said in refused(address)
-
-
-def test_a_missing_driver_names_the_extra(monkeypatch):
-    monkeypatch.setitem(sys.modules, "psycopg", None)
-    assert 'pip install "goalscope[postgres]"' in refused(f"postgresql://u:{PASSWORD}@h/d")

@@ -438,13 +438,6 @@ def test_a_limited_real_alfred_is_a_fair_sample() -> None:
     assert len({case.group.split("|")[0] for case in cases}) == 7
 
 
-@real
-def test_a_limit_of_a_real_set_is_a_prefix() -> None:
-    folder = data_folder(None)
-    whole = load("teach", folder, goal_set="hard")
-    assert load("teach", folder, goal_set="hard", limit=9) == whole[:9]
-
-
 def test_what_is_exported_is_what_is_read(tmp_path: Path) -> None:
     packed(tmp_path, "teach", games())
     out = tmp_path / "teach.jsonl"

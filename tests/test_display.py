@@ -271,24 +271,19 @@ def test_no_word_of_the_list_of_episodes_is_broken(width):
     assert max(map(len, text.splitlines())) <= width
 
 
-def test_a_domain_of_ones_own_goes_by_the_name_of_its_file():
-    own = replace(EPISODE, domain="/home/somebody/with/a/long/path/to/music.py", method="good")
-    words = drawn(show_episodes, [own], width=80).split()
-    assert "music.py" in words
-
-
-def test_where_no_episode_has_a_score_the_date_has_its_room():
-    one = replace(EPISODE, profile=None, method="good", score=None)
-    text = drawn(show_episodes, [one], width=80)
-    assert "score" not in text
-    assert {"2020-01-01", "grocery", "you", "good"} <= set(text.split())
-
-
-def test_a_tracking_session_goes_by_its_task() -> None:
-    told = replace(
-        EPISODE, domain="tracking", profile=None, task="Help a phone company's customers."
-    )
-    assert "Help a phone company's customers." in drawn(show_episodes, [told], width=200)
+@pytest.mark.parametrize(
+    ("changes", "width", "words"),
+    [
+        ({"domain": "/home/somebody/with/a/long/path/to/music.py"}, 80, {"music.py"}),
+        ({"profile": None, "score": None}, 80, {"2020-01-01", "grocery", "you", "good"}),
+        ({"domain": "tracking", "profile": None, "task": "Help callers."}, 200, {"callers."}),
+    ],
+    ids=["a domain of one's own", "no score, so the date has its room", "tracking"],
+)
+def test_episodes_go_by_what_tells_them_apart(changes, width, words):
+    text = drawn(show_episodes, [replace(EPISODE, **{"method": "good"} | changes)], width=width)
+    assert words <= set(text.split())
+    assert ("score" in text) is (changes.get("score", 0.75) is not None)
 
 
 def test_an_empty_store_is_told_in_a_sentence():

@@ -70,11 +70,16 @@ def test_what_lasts_waits_for_the_word_whatever_else_it_waits_for(before: str, o
     assert env.smashed == ["vase"]
 
 
-def test_to_say_an_order_again_is_a_yes_where_it_can_be_undone() -> None:
+CONDITION = "switch on lamp | if it is dark"
+
+
+@pytest.mark.parametrize("answer", ["yes", CONDITION])
+def test_a_condition_is_asked_about_and_to_say_the_order_again_is_a_yes(answer: str) -> None:
     env = LampRoom(["lamp"])
     agent = agent_in(env)
-    agent.step("", "switch on lamp | if it is dark")
-    agent.step(agent.ask(), "switch on lamp | if it is dark")
+    round = agent.step("", CONDITION)
+    assert (env.on, 'You said "if it is dark"' in round.question) == ([], True)
+    agent.step(agent.ask(), answer)
     assert env.on == ["lamp"]
 
 
@@ -123,15 +128,6 @@ def test_what_is_sure_is_done_though_another_order_is_not() -> None:
     round = agent_in(env, model=model).step("", "switch on lamp; switch on lantern")
     assert env.on == ["lantern"]
     assert 'I understood "switch on lamp". Shall I?' in round.question
-
-
-def test_a_condition_is_asked_about() -> None:
-    env = LampRoom(["lamp"])
-    agent = agent_in(env)
-    round = agent.step("", "switch on lamp | if it is dark")
-    assert (env.on, 'You said "if it is dark"' in round.question) == ([], True)
-    agent.step(agent.ask(), "yes")
-    assert env.on == ["lamp"]
 
 
 def test_an_allergy_binds_every_order_until_the_person_confirms_the_contrary() -> None:

@@ -4,13 +4,18 @@ from __future__ import annotations
 
 import sys
 import tomllib
+from collections.abc import Callable
 from pathlib import Path
 
 import pytest
 
+from goalscope.benchmarks.baselines import bm25
 from goalscope.extras import EXTRAS
 from goalscope.models.http import Server
-from goalscope.types import ModelError
+from goalscope.stats import bootstrap_mean
+from goalscope.store import Store
+from goalscope.types import Goal, GoalscopeError, ModelError, Turn
+from test_cli import fails
 
 PROJECT = Path(__file__).parents[1] / "pyproject.toml"
 
@@ -21,6 +26,32 @@ def test_a_server_needs_all_of_its_extra(monkeypatch: pytest.MonkeyPatch, missin
         monkeypatch.setitem(sys.modules, module, None if module == missing else sys)
     with pytest.raises(ModelError, match=rf"{missing}.*goalscope\[remote\]"):
         Server("http://models.test/v1")
+
+
+def said(use: Callable[[], object]) -> str:
+    with pytest.raises(GoalscopeError) as caught:
+        use()
+    return str(caught.value)
+
+
+@pytest.mark.parametrize(
+    ("module", "extra", "use"),
+    [
+        ("uvicorn", "web", lambda: fails(1, "serve")),
+        ("mcp.server", "mcp", lambda: fails(1, "mcp")),
+        ("bm25s", "experiments", lambda: said(lambda: bm25([Goal("tea")], [Turn("", "tea")]))),
+        ("scipy.stats", "experiments", lambda: said(lambda: bootstrap_mean([0.0, 1.0]))),
+        ("psycopg", "postgres", lambda: said(lambda: Store.open("postgresql://u:x@h/d"))),
+    ],
+)
+def test_what_is_missing_is_named_with_a_remedy_for_a_clone_and_for_a_release(
+    monkeypatch: pytest.MonkeyPatch, module: str, extra: str, use: Callable[[], str]
+) -> None:
+    monkeypatch.setitem(sys.modules, module, None)
+    monkeypatch.delitem(sys.modules, "goalscope.mcp_server", raising=False)
+    told = use()
+    assert f'pip install ".[{extra}]"` in a clone' in told
+    assert f'pip install "goalscope[{extra}]"' in told
 
 
 def test_each_package_is_in_its_extra() -> None:

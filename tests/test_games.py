@@ -263,7 +263,7 @@ def test_the_command_tells_start_end_and_people(tmp_path, monkeypatch, capsys):
     room = {each["objectId"]: each for each in load_scene(SCENE).objects}
     with gzip.open(scenes / f"{SCENE}.json.gz", "wt") as file:
         json.dump(room, file)
-    model = type("Words", (WordModel,), {"close": lambda self: None})()
+    model = WordModel()
     monkeypatch.setattr("goalscope.models.opening.open_model", lambda *_, **__: model)
     main(data=tmp_path, method="no-goals", as_json=True)
     (told,) = json.loads(capsys.readouterr().out)["games"]

@@ -128,33 +128,25 @@ def test_least_likely_goal_goes_after_patience_and_unspecified_never() -> None:
 
 
 @pytest.mark.parametrize(
-    ("nats", "given", "paper", "gone"),
+    ("nats", "given", "way", "gone"),
     [
-        (-2.0, (), False, []),
-        (-5.0, (), False, ["b"]),
-        (-2.0, (), True, ["b"]),
-        (-2.0, ("c",), False, ["b"]),  # it has 2 % of all
+        ({"a": -1.0, "b": -2.0, "c": -1.5}, (), 0.5, []),
+        ({"a": -1.0, "b": -5.0, "c": -1.5}, (), 0.5, ["b"]),
+        ({"a": -1.0, "b": -2.0, "c": -1.5}, (), "paper", ["b"]),
+        ({"a": -1.0, "b": -2.0, "c": 3.0}, ("c",), 0.5, ["b"]),
+        ({"a": -1.0, "b": -9.0}, (), 0.5, []),
+        ({"a": -1.0, "b": -9.0}, (), "paper", ["b"]),
     ],
+    ids=["probable", "improbable", "least, in the paper", "2 % of all", "two", "two, in the paper"],
 )
-def test_only_improbable_goals_are_overdue(nats, given, paper, gone) -> None:
-    goals = (UNSPECIFIED, *map(Goal, ("a", "b", "c" if given == ("c",) else "d")))
-    row = np.array([[-9.0, -1.0, nats, 3.0 if given == ("c",) else -1.5]])
-    belief = Belief(goals, np.zeros(4), row)
+def test_only_improbable_goals_of_several_are_overdue(nats, given, way, gone) -> None:
+    goals = (UNSPECIFIED, *map(Goal, nats))
+    belief = Belief(goals, np.zeros(len(goals)), np.array([[-9.0, *nats.values()]]))
     model = WordModel()
-    manager = GoalManager(Writer(model), model, "t", propose="paper" if paper else 0.5)
+    manager = GoalManager(Writer(model), model, "t", propose=way)
     manager._cleared = {*goals}
     removed = manager.removed([belief] * 4, TURNS, given=[*map(Goal, given)])
     assert [change.goal.text for change in removed] == gone
-
-
-@pytest.mark.parametrize(("propose", "gone"), [(0.5, []), ("paper", ["b"])])
-def test_of_two_goals_none_is_overdue_but_in_the_paper(propose, gone) -> None:
-    goals = (UNSPECIFIED, Goal("a"), Goal("b"))
-    belief = Belief(goals, np.zeros(3), np.array([[-9.0, -1.0, -9.0]]))
-    model = WordModel()
-    manager = GoalManager(Writer(model), model, "t", propose=propose)
-    manager._cleared = {*goals}
-    assert [change.goal.text for change in manager.removed([belief] * 4, TURNS)] == gone
 
 
 def test_refused_goals_are_named_with_the_odds() -> None:

@@ -43,10 +43,6 @@ def read(answer: object) -> Trial:
     return trial
 
 
-def test_a_verdict_that_keeps_to_the_form_is_a_score() -> None:
-    assert read(GOOD) == Trial(2.25, "There is tea.")
-
-
 @pytest.mark.parametrize("score", SCORES)
 def test_every_quarter_is_in_the_schema_and_read(score) -> None:
     model = Evaluator({**GOOD, "score": score})

@@ -3,7 +3,6 @@
 import asyncio
 import json
 import re
-import sys
 from collections.abc import Awaitable, Callable
 from pathlib import Path
 from typing import Any
@@ -220,15 +219,3 @@ def test_a_model_that_is_not_there_is_refused_at_the_start(tmp_path: Path, optio
     named = tmp_path / "nope.gguf"
     line = fails(1, "mcp", option, named, "--store", tmp_path / "episodes.db")
     assert str(named) in line
-
-
-def test_without_the_package_an_error_names_the_extra(monkeypatch: pytest.MonkeyPatch) -> None:
-    from typer.testing import CliRunner
-
-    from goalscope.cli.main import app
-
-    monkeypatch.setitem(sys.modules, "mcp.server", None)
-    monkeypatch.delitem(sys.modules, "goalscope.mcp_server", raising=False)
-    answer = CliRunner().invoke(app, ["mcp"])
-    assert answer.exit_code == 1
-    assert 'pip install "goalscope[mcp]"' in answer.output

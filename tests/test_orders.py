@@ -7,9 +7,8 @@ from hypothesis import strategies as st
 from goalscope.envs.grocery import GroceryShop
 from goalscope.envs.house import HomeRobot
 from goalscope.orders import (
-    DIALOGUE_ACTS,
-    REASONS,
     Order,
+    Reading,
     Verb,
     is_aside,
     order_from_json,
@@ -125,6 +124,6 @@ def test_examples_are_in_the_domains_own_verbs(domain):
         assert orders_to_text(orders_from_text(each.orders, domain.verbs)) == each.orders
 
 
-def test_an_allergy_is_the_gravest_reason():
-    assert REASONS[0] == "allergy"
-    assert len({act.name for act in DIALOGUE_ACTS}) == len(DIALOGUE_ACTS)
+def test_each_order_of_a_reading_has_its_margin():
+    with pytest.raises(InvalidInputError, match="A reading of 1 orders needs as many margins"):
+        Reading((Order("add", "milk"),), margins=())

@@ -55,9 +55,15 @@ def rounds(page: Page, number: int) -> None:
     expect(page.locator(".thinking")).to_have_text("")
 
 
-def test_an_episode_from_the_first_word_to_the_purchase(address: str, enter) -> None:
-    page = enter(address)
-    begin(page)
+@pytest.fixture
+def page(address: str, enter) -> Page:
+    """Where an episode has begun."""
+    opened = enter(address)
+    begin(opened)
+    return opened
+
+
+def test_an_episode_from_the_first_word_to_the_purchase(page: Page) -> None:
     say(page, WANTS)
     rounds(page, 1)
     goals = page.get_by_role("region", name="Goals")
@@ -90,9 +96,7 @@ def test_an_episode_from_the_first_word_to_the_purchase(address: str, enter) -> 
     expect(page.get_by_role("log")).to_contain_text(f"is now purchased for {shown[-1]}")
 
 
-def test_a_belief_is_corrected_by_hand(address: str, enter) -> None:
-    page = enter(address)
-    begin(page)
+def test_a_belief_is_corrected_by_hand(page: Page) -> None:
     say(page, WANTS)
     rounds(page, 1)
     goals = page.get_by_role("region", name="Goals")
@@ -134,22 +138,6 @@ def test_a_reload_in_mid_answer_loses_nothing(tmp_path: Path, enter) -> None:
         rounds(other, 2)
         rounds(page, 2)
         expect(page.get_by_text("And milk.")).to_have_count(1)
-
-
-def test_two_people_at_once_see_their_own(tmp_path: Path, enter) -> None:
-    with site(tmp_path / "episodes.db", Slow(WRITES)) as address:
-        people = {name: enter(address) for name in ("Ann", "Ben")}
-        for page in people.values():
-            begin(page)
-        for name, page in people.items():
-            say(page, f"I am {name} and need flour.")
-        for name, page in people.items():
-            rounds(page, 1)
-            other = "Ben" if name == "Ann" else "Ann"
-            expect(page.get_by_role("log")).to_contain_text(f"I am {name}")
-            expect(page.get_by_text(other)).to_have_count(0)
-            page.goto(f"{address}/#/episodes")
-            expect(page.get_by_role("main").get_by_role("rowheader")).to_have_count(1)
 
 
 def test_a_link_of_another_site_opens_the_page_and_all_stay_who_they_were(
@@ -223,9 +211,7 @@ def test_by_keyboard_alone(address: str, enter) -> None:
     rounds(page, 1)
 
 
-def test_a_replay_moves_round_by_round_and_is_exported(address: str, enter) -> None:
-    page = enter(address)
-    begin(page)
+def test_a_replay_moves_round_by_round_and_is_exported(page: Page, address: str) -> None:
     for number, text in enumerate((WANTS, "And milk.", "And eggs."), 1):
         say(page, text)
         rounds(page, number)
@@ -299,9 +285,7 @@ def test_a_yes_to_what_has_changed_since_is_refused_and_shown_anew(address: str,
     expect(page.get_by_role("log")).to_contain_text("The bread is sliced")
 
 
-def test_before_the_first_words_nothing_is_believed(address: str, enter) -> None:
-    page = enter(address)
-    begin(page)
+def test_before_the_first_words_nothing_is_believed(page: Page) -> None:
     goals = page.get_by_role("region", name="Goals")
     expect(goals.get_by_text("Nothing was said yet.")).to_be_visible()
     expect(goals.get_by_text("How sure")).to_have_count(0)
@@ -325,9 +309,7 @@ def test_where_no_goal_leads_the_agent_is_not_sure(tmp_path: Path, enter) -> Non
         expect(goals.get_by_text("With 90")).to_be_hidden()
 
 
-def test_every_note_is_shown(address: str, enter) -> None:
-    page = enter(address)
-    begin(page)
+def test_every_note_is_shown(page: Page, address: str) -> None:
     say(page, WANTS)
     rounds(page, 1)
     say(page, "zyx wvu tsr")
@@ -343,9 +325,7 @@ def test_every_note_is_shown(address: str, enter) -> None:
     expect(page.get_by_role("log").get_by_text(unexplained)).to_have_count(0)
 
 
-def test_a_note_that_is_said_again_is_small(address: str, enter) -> None:
-    page = enter(address)
-    begin(page)
+def test_a_note_that_is_said_again_is_small(page: Page) -> None:
     for number in (1, 2):
         say(page, "add unicorn")
         rounds(page, number)
@@ -360,9 +340,7 @@ def test_a_note_that_is_said_again_is_small(address: str, enter) -> None:
     assert sizes[1] < sizes[0]
 
 
-def test_what_is_being_written_is_shown_until_it_is_asked(address: str, enter) -> None:
-    page = enter(address)
-    begin(page)
+def test_what_is_being_written_is_shown_until_it_is_asked(page: Page, address: str) -> None:
     episode = page.url.rpartition("/")[2]
     live = page.request.get(f"{address}/api/episodes/{episode}").json()["live"]
     writes = {"phase": "thinking", "step": "asking", "query": None, "draft": "What kind"}
@@ -382,9 +360,7 @@ def test_what_is_being_written_is_shown_until_it_is_asked(address: str, enter) -
     expect(page.get_by_text("What kind of cake?")).to_be_visible()
 
 
-def test_what_a_correction_does_and_what_columns_mean_is_said(address: str, enter) -> None:
-    page = enter(address)
-    begin(page)
+def test_what_a_correction_does_and_what_columns_mean_is_said(page: Page) -> None:
     say(page, WANTS)
     rounds(page, 1)
     goals = page.get_by_role("region", name="Goals")

@@ -57,80 +57,80 @@ def lines(tmp_path, name, *rows):
     return tmp_path / name
 
 
-@pytest.mark.parametrize(
-    ("text", "place", "hint"),
-    [
-        ("titel = 'x'", "x.toml: the key 'titel'", "'title'"),
-        ("[mqc]\nfile = 'x'", "x.toml: the key 'mqc'", "'mcq'"),
-        ("[mcq]\nfiles = 'x'", "[mcq]: the key 'files'", "'file'"),
-        ("[dialogues]\ngoal_set = 'x'", "[dialogues]: the key 'goal_set'", "'goal_sets'"),
-        ("[[episodes]]\nmethod = 'x'", "[episodes]: the key 'method'", "'methods'"),
-        ("[mcq]\nfile = 'x'\n[judge]\ntrails = 2", "[judge]: the key 'trails'", "'trials'"),
-        ("[mcq]\nfile = 'x'\n[judge]\nmodle = 'x'", "[judge]: the key 'modle'", "'model'"),
-        ("models = [{scorr = 'x'}]\n[mcq]\nfile = 'x'", "models: the key 'scorr'", "'scorer'"),
-        (
-            "[mcq]\nfile = 'x'\n[judge]\nmodel = {generatr = 'x'}",
-            "[judge]: the key 'generatr'",
-            "'generator'",
-        ),
-    ],
-)
-def test_an_unknown_key_names_its_place_and_the_nearest_that_is_known(tmp_path, text, place, hint):
-    said = refused(tmp_path, text)
-    assert place in said
-    assert f"did you mean {hint}?" in said
+REFUSED = [
+    # a key that is unknown, its place, and the nearest that is known
+    ("titel = 'x'", "x.toml: the key 'titel'", "did you mean 'title'?"),
+    ("[mqc]\nfile = 'x'", "x.toml: the key 'mqc'", "did you mean 'mcq'?"),
+    ("[mcq]\nfiles = 'x'", "[mcq]: the key 'files'", "did you mean 'file'?"),
+    ("[dialogues]\ngoal_set = 'x'", "[dialogues]: the key 'goal_set'", "did you mean 'goal_sets'?"),
+    ("[[episodes]]\nmethod = 'x'", "[episodes]: the key 'method'", "did you mean 'methods'?"),
+    (
+        "[mcq]\nfile = 'x'\n[judge]\ntrails = 2",
+        "[judge]: the key 'trails'",
+        "did you mean 'trials'?",
+    ),
+    (
+        "[mcq]\nfile = 'x'\n[judge]\nmodle = 'x'",
+        "[judge]: the key 'modle'",
+        "did you mean 'model'?",
+    ),
+    (
+        "models = [{scorr = 'x'}]\n[mcq]\nfile = 'x'",
+        "models: the key 'scorr'",
+        "did you mean 'scorer'?",
+    ),
+    (
+        "[mcq]\nfile = 'x'\n[judge]\nmodel = {generatr = 'x'}",
+        "[judge]: the key 'generatr'",
+        "did you mean 'generator'?",
+    ),
+    # what is of the wrong kind, or missing
+    ("title = 7\n[mcq]\nfile='x'", "'title' must be a text, not 7"),
+    ("mcq = 7", "'mcq' must be a table: [mcq] or [[mcq]]"),
+    ("mcq = [7]", "[mcq] must be a table, not 7"),
+    ("[mcq]\nlimit = 3", "[mcq]: the key 'file' is missing"),
+    ("[mcq]\nfile = ['x']", "'file' must be a text"),
+    ("[mcq]\nfile = 'x'\nlimit = 0", "'limit' must be at least 1"),
+    ("[mcq]\nfile = 'x'\nlimit = true", "'limit' must be a whole number, not True"),
+    ("[mcq]\nfile = 'x'\nlimit = 1.5", "'limit' must be a whole number, not 1.5"),
+    ("[mcq]\nfile = 'x'\nlayouts = []", "'layouts' must not be empty"),
+    ("[dialogues]\ngoals = 1", "'goals' must be at least 2"),
+    ("[dialogues]\noutright = 'no'", "'outright' must be true or false, not 'no'"),
+    ("[episodes]\nseeds = 1", "[episodes]: the key 'domain' is missing"),
+    ("episodes = {domain = 'grocery', seeds = [-1]}", "'seeds' must be at least 0"),
+    ("episodes = {domain = 'grocery', rounds = 1000000000}", "below a billion"),
+    ("episodes = {domain = 'grocery', calibrations = 2.0}", "'calibrations' must be a text"),
+    ("episodes = {domain = 'grocery', calibrations = []}", "must not be empty"),
+    ("judge = 7\n[mcq]\nfile='x'", "[judge] must be a table"),
+    ("models = []\n[mcq]\nfile='x'", "at least one model"),
+    ("models = [7]\n[mcq]\nfile='x'", "a model must be a name or a table"),
+    ("models = ['']\n[mcq]\nfile='x'", "a model must be a name or a table"),
+    ("models = [{model = 7}]\n[mcq]\nfile='x'", "'model' must be a text"),
+    ("", "nothing to measure"),
+    ("title = 'x'\n[judge]", "nothing to measure"),
+    ("mcq = []", "nothing to measure"),
+    ("title = ", "not valid TOML"),
+    # a name that is unknown, and the nearest or all that are known
+    ("episodes = {domain = 'grocer'}", "'grocer'", "'grocery'"),
+    ("episodes = {domain = 'grocery', methods = 'no-goal'}", "'no-goal'", "'no-goals'"),
+    ("episodes = {domain = 'grocery', humans = ['you']}", "'you'", "scripted"),
+    ("episodes = {domain = 'grocery', humans = 'tersee'}", "'tersee'", "'terse'"),
+    ("episodes = {domain = 'grocery', layouts = 'goal-lst'}", "'goal-lst'", "'goal-last'"),
+    ("episodes = {domain = 'grocery', profiles = 'souup'}", "'souup'", "'soup'"),
+    ("dialogues = {set = 'teech'}", "'teech'", "'teach'"),
+    ("dialogues = {set = 'mcq'}", "'mcq'", "teach"),
+    ("dialogues = {set = 'teach', goal_sets = 'rndom'}", "'rndom'", "'random'"),
+    ("dialogues = {set = 'teach', split = 'valid_sen'}", "'valid_sen'", "'valid_seen'"),
+    ("episodes = {domain = 'grocery', propose = 'often'}", "propose"),
+    ("episodes = {domain = 'grocery', propose = 2}", "propose"),
+    ("episodes = {domain = 'grocery', prompted = 'plans'}", "no module 'plans'"),
+    ("episodes = {domain = 'grocery', prompted = 3}", "prompted"),
+]
 
 
-@pytest.mark.parametrize(
-    ("text", "cause"),
-    [
-        ("title = 7\n[mcq]\nfile='x'", "'title' must be a text, not 7"),
-        ("mcq = 7", "'mcq' must be a table: [mcq] or [[mcq]]"),
-        ("mcq = [7]", "[mcq] must be a table, not 7"),
-        ("[mcq]\nlimit = 3", "[mcq]: the key 'file' is missing"),
-        ("[mcq]\nfile = ['x']", "'file' must be a text"),
-        ("[mcq]\nfile = 'x'\nlimit = 0", "'limit' must be at least 1"),
-        ("[mcq]\nfile = 'x'\nlimit = true", "'limit' must be a whole number, not True"),
-        ("[mcq]\nfile = 'x'\nlimit = 1.5", "'limit' must be a whole number, not 1.5"),
-        ("[mcq]\nfile = 'x'\nlayouts = []", "'layouts' must not be empty"),
-        ("[dialogues]\ngoals = 1", "'goals' must be at least 2"),
-        ("[dialogues]\noutright = 'no'", "'outright' must be true or false, not 'no'"),
-        ("[episodes]\nseeds = 1", "[episodes]: the key 'domain' is missing"),
-        ("episodes = {domain = 'grocery', seeds = [-1]}", "'seeds' must be at least 0"),
-        ("episodes = {domain = 'grocery', rounds = 1000000000}", "below a billion"),
-        ("episodes = {domain = 'grocery', calibrations = 2.0}", "'calibrations' must be a text"),
-        ("episodes = {domain = 'grocery', calibrations = []}", "must not be empty"),
-        ("judge = 7\n[mcq]\nfile='x'", "[judge] must be a table"),
-        ("models = []\n[mcq]\nfile='x'", "at least one model"),
-        ("models = [7]\n[mcq]\nfile='x'", "a model must be a name or a table"),
-        ("models = ['']\n[mcq]\nfile='x'", "a model must be a name or a table"),
-        ("models = [{model = 7}]\n[mcq]\nfile='x'", "'model' must be a text"),
-        ("", "nothing to measure"),
-        ("title = 'x'\n[judge]", "nothing to measure"),
-        ("mcq = []", "nothing to measure"),
-        ("title = ", "not valid TOML"),
-    ],
-)
-def test_what_is_of_the_wrong_kind_or_missing_is_said(tmp_path, text, cause):
-    assert cause in refused(tmp_path, text)
-
-
-@pytest.mark.parametrize(
-    ("text", "unknown", "hint"),
-    [
-        ("episodes = {domain = 'grocer'}", "'grocer'", "'grocery'"),
-        ("episodes = {domain = 'grocery', methods = 'no-goal'}", "'no-goal'", "'no-goals'"),
-        ("episodes = {domain = 'grocery', humans = ['you']}", "'you'", "scripted"),
-        ("episodes = {domain = 'grocery', humans = 'tersee'}", "'tersee'", "'terse'"),
-        ("episodes = {domain = 'grocery', layouts = 'goal-lst'}", "'goal-lst'", "'goal-last'"),
-        ("episodes = {domain = 'grocery', profiles = 'souup'}", "'souup'", "'soup'"),
-        ("dialogues = {set = 'teech'}", "'teech'", "'teach'"),
-        ("dialogues = {set = 'mcq'}", "'mcq'", "teach"),
-        ("dialogues = {set = 'teach', goal_sets = 'rndom'}", "'rndom'", "'random'"),
-        ("dialogues = {set = 'teach', split = 'valid_sen'}", "'valid_sen'", "'valid_seen'"),
-    ],
-)
-def test_an_unknown_name_is_told_the_nearest(tmp_path, text, unknown, hint):
+@pytest.mark.parametrize("text_and_said", REFUSED, ids=lambda row: row[0])
+def test_what_cannot_be_used_is_refused_with_its_place_and_cause(tmp_path, text_and_said):
+    text, *said = text_and_said
     (tmp_path / "people.toml").write_text(
         "[[profile]]\nname='soup'\ndescription='Soup.'\nreplies=['Soup.']\n"
         "checks=[{must_have=['soup']}]\n"
@@ -138,9 +138,8 @@ def test_an_unknown_name_is_told_the_nearest(tmp_path, text, unknown, hint):
     if "souup" in text:
         people = json.dumps(str(tmp_path / "people.toml"))
         text = text.replace("}", f", people = {people}}}")
-    said = refused(tmp_path, text, tmp_path)
-    assert unknown in said
-    assert hint in said
+    found = refused(tmp_path, text, tmp_path)
+    assert [each for each in said if each not in found] == []
 
 
 def test_files_that_are_missing_or_broken_are_named(tmp_path):
@@ -307,21 +306,6 @@ def test_episodes_may_propose_and_be_prompted_as_in_the_paper(tmp_path):
     assert all_of_it["settings"]["prompted"] == [*MODULES]
     (early,) = specs_of(read(tmp_path, part.format(", propose = 0.25")), None)
     assert early["settings"]["propose"] == 0.25
-
-
-@pytest.mark.parametrize(
-    ("wrong", "cause"),
-    [
-        ("propose = 'often'", "propose"),
-        ("propose = 2", "propose"),
-        ("prompted = 'plans'", "no module 'plans'"),
-        ("prompted = 3", "prompted"),
-    ],
-)
-def test_a_trigger_or_a_module_that_is_none_is_refused(tmp_path, wrong, cause):
-    part = f"episodes = {{domain = 'grocery', methods = 'good', profiles = 'cafe', {wrong}}}"
-    with pytest.raises(InvalidInputError, match=cause):
-        specs_of(read(tmp_path, part), None)
 
 
 def test_a_calibration_is_a_name_or_a_file_beside_the_toml_whose_content_counts(tmp_path):

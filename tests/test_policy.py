@@ -14,7 +14,7 @@ from goalscope.envs.grocery import Catalogue, GroceryShop
 from goalscope.envs.house import HomeRobot, HouseController
 from goalscope.occasions import Occasion
 from goalscope.orders import Order
-from goalscope.policy import NeedPlanner, Outcome, Want, attempted, called_for, choose
+from goalscope.policy import NeedPlanner, Outcome, Want, called_for, choose
 from goalscope.standing import Standing
 from goalscope.types import Action, StepResult
 from goalscope.writer import JUDGEMENTS, Writer
@@ -44,21 +44,6 @@ def test_the_choice_has_the_greatest_expected_value(case) -> None:
         assert not (choice.act[thing] and choice.hold[thing])
         assert ways[chosen] >= max(ways.values()) - 1e-9
         assert choice.value[thing] == pytest.approx(ways["act"])
-
-
-@given(beliefs())
-def test_one_who_is_sure_never_asks(case) -> None:
-    _, worth, cost = case
-    choice = choose(np.ones(1), worth[:1], cost)
-    assert not choice.hold.any()
-    assert (choice.act == (worth[0] > 0)).all()
-
-
-def test_good_for_one_goal_and_wrong_for_another_is_asked_about() -> None:
-    worth = np.array([[0.9, 0.9, 0.2], [-0.9, 0.9, -0.2]])
-    choice = choose(np.array([0.6, 0.4]), worth, 0.2)
-    assert choice.hold.tolist() == [True, False, False]
-    assert choice.act.tolist() == [False, True, True]
 
 
 class Lived(LampRoom):
@@ -138,20 +123,6 @@ def test_what_is_done_is_in_the_order_of_life_and_no_more_than_the_limit() -> No
     assert [guess.target for guess in outcome.guessed] == room.on
 
 
-def test_what_is_ruled_out_is_not_done() -> None:
-    standing = Standing(limits=(Order("avoid", "lamp"),))
-    table = {"read": "lamp, candle"}
-    room, outcome = lived(["lamp", "candle"], table, Want("read", 1.0), standing=standing)
-    assert (room.on, outcome.held) == (["candle"], ())
-
-
-def test_a_need_that_nothing_here_serves_is_left_out() -> None:
-    room, outcome = lived(["lamp"], {"read": "moon, lamp"}, Want("read", 1.0))
-    assert (room.on, outcome.failed, outcome.held) == (["lamp"], (), ())
-    _, nothing = lived([], {"read": "moon"}, READ, SLEEP)
-    assert nothing == Outcome()
-
-
 def test_what_serves_two_needs_is_done_once() -> None:
     class Switched(Lived):
         def serving(self, need, standing):
@@ -174,35 +145,50 @@ def test_nothing_lasting_is_done_unasked_and_no_part_of_it() -> None:
     assert (room.on, room.smashed) == (["lamp"], [])
 
 
-def test_what_fails_is_told_undone_whole_and_the_rest_is_done() -> None:
-    class Wired(Lived):
-        def serving(self, need, standing):
-            return [Action("switch on", name) for name in need.split(" and ")]
+class Wired(Lived):
+    """Serves a need by several things at once."""
 
-    table = {"read": "lamp, fan and broken, light"}
+    def serving(self, need, standing):
+        return [Action("switch on", name) for name in need.split(" and ")]
+
+
+@pytest.mark.parametrize(
+    ("needs", "on", "failed"),
+    [
+        ("lamp and fan", ["lamp", "fan"], []),
+        ("lamp, fan and broken, light", ["lamp", "light"], ["broken"]),
+    ],
+)
+def test_what_fails_is_told_and_undone_whole_and_all_the_rest_is_told(needs, on, failed) -> None:
+    table = {"read": needs}
     room = Wired(["lamp", "fan", "broken", "light"], table)
     outcome = act(room, table, Want("read", 1.0))
-    assert room.on == ["lamp", "light"]
-    assert [each.action.target for each in outcome.failed] == ["broken"]
-    assert [each.target for each in outcome.guessed] == room.on
+    assert room.on == on
+    assert [each.action.target for each in outcome.failed] == failed
+    assert [each.target for each in outcome.guessed] == on
 
 
-def test_all_that_is_done_for_a_need_is_told() -> None:
-    class Wired(Lived):
-        def serving(self, need, standing):
-            return [Action("switch on", name) for name in need.split(" and ")]
-
-    table = {"read": "lamp and fan"}
-    room = Wired(["lamp", "fan"], table)
-    outcome = act(room, table, Want("read", 1.0))
-    assert {each.target for each in outcome.guessed} == {*room.on} == {"lamp", "fan"}
+SWITCHED_OFF = [StepResult(Action("switch off", "lamp"), True, "It is off.")]
 
 
-def test_what_was_acted_on_before_is_left_as_it_is() -> None:
-    history = [StepResult(Action("switch off", "lamp"), True, "It is off.")]
-    table = {"read": "lamp, fan"}
-    room, _ = lived(["lamp", "fan"], table, Want("read", 1.0), history=history)
-    assert room.on == ["fan"]
+@pytest.mark.parametrize(
+    ("offers", "needs", "more", "on"),
+    [
+        (
+            ["lamp", "candle"],
+            "lamp, candle",
+            {"standing": Standing(limits=(Order("avoid", "lamp"),))},
+            ["candle"],
+        ),
+        (["lamp"], "moon, lamp", {}, ["lamp"]),
+        ([], "moon", {}, []),
+        (["lamp", "fan"], "lamp, fan", {"history": SWITCHED_OFF}, ["fan"]),
+    ],
+    ids=["ruled out", "not here", "nothing here", "acted on before"],
+)
+def test_what_is_not_to_be_done_or_not_here_is_left_out(offers, needs, more, on) -> None:
+    room, outcome = lived(offers, {"read": needs}, Want("read", 1.0), **more)
+    assert (room.on, outcome.failed, outcome.held) == (on, (), ())
 
 
 def test_what_was_done_once_is_not_done_with_another_of_its_kind() -> None:
@@ -295,31 +281,11 @@ def test_one_of_a_kind_speaks_for_all() -> None:
     assert plain[way["oat"]] < 1
 
 
-def test_what_nothing_serves_has_no_part() -> None:
-    moon = Occasion("x-3", "room", "dream", (), ("moon",))
-    assert called_for([moon], served) == {}
-
-
 def written(text: str, judged: str, *wants: Want) -> tuple[LampRoom, Outcome]:
     """What is done where nothing is known from life: the writer lists what is needed."""
     room = LampRoom(["lamp", "fan"])
     planner = NeedPlanner(Writer(Judges({"read": judged}, text)))
     return room, planner.act(room, wants, HELLO, [], FREE)
-
-
-def test_without_occasions_the_writer_lists_and_judges() -> None:
-    room, outcome = written("needed: fan, moon\nnice: lamp", "fan, lamp", Want("read", 1.0))
-    assert (room.on, outcome.held) == (["fan", "lamp"], ())
-
-
-def test_what_the_writer_lists_and_then_finds_unwanted_is_not_done() -> None:
-    room, outcome = written("needed: lamp, fan", "lamp", Want("read", 1.0))
-    assert (room.on, outcome.held) == (["lamp"], ())
-
-
-def test_what_the_writer_lists_for_one_goal_is_held_back_where_it_is_wrong_for_another() -> None:
-    room, outcome = written("needed: lamp", "lamp", READ, SLEEP)
-    assert (room.on, outcome.held) == ([], ("lamp",))
 
 
 def test_the_person_is_told_what_is_held_back() -> None:
@@ -335,17 +301,6 @@ def test_the_person_is_told_what_is_held_back() -> None:
     assert "Held back until it is clear what you want: lamp." in round.notes
 
 
-def test_impossible_actions_leave_nothing_half_done() -> None:
-    room = LampRoom(["lamp"])
-    history = [room.step(Action("switch on", "candle"))]
-    plan = [Action("switch on", "lamp"), Action("switch on", "broken")]
-    done, problem = attempted(room, plan, history)
-    assert problem is not None
-    assert (done, problem.action, room.on) == ([], plan[1], ["candle"])
-    assert attempted(room, plan[:1], history)[1] is None
-    assert room.on == ["candle", "lamp"]
-
-
 def test_the_robot_does_what_an_aim_calls_for_and_leaves_the_rest() -> None:
     class Home(HomeRobot):
         like = Lived.like
@@ -356,6 +311,20 @@ def test_the_robot_does_what_an_aim_calls_for_and_leaves_the_rest() -> None:
     outcome = act(robot, {"tidy": needs}, Want("tidy", 1.0))
     assert [str(each.action) for each in outcome.results] == ["put: apple -> fridge"]
     assert outcome.failed == ()
+
+
+@pytest.mark.parametrize(
+    ("listed", "judged", "wants", "on", "held"),
+    [
+        ("needed: fan, moon\nnice: lamp", "fan, lamp", [Want("read", 1.0)], ["fan", "lamp"], ()),
+        ("needed: lamp, fan", "lamp", [Want("read", 1.0)], ["lamp"], ()),
+        ("needed: lamp", "lamp", [READ, SLEEP], [], ("lamp",)),
+    ],
+    ids=["all are needed", "one is judged unwanted", "one is wrong for another goal"],
+)
+def test_without_occasions_the_writer_lists_and_judges(listed, judged, wants, on, held) -> None:
+    room, outcome = written(listed, judged, *wants)
+    assert (room.on, outcome.held) == (on, held)
 
 
 @pytest.mark.parametrize("words", ["", "needed:", "I'm sorry, I can't.", "needed: ,,,\nnice:"])

@@ -78,39 +78,25 @@ def goals(answer: Any, held: Sequence[str] = ()) -> list[str]:
     return PromptedWriter(Answers(goals=[answer])).goals("t", TURNS, held)
 
 
-def test_goals_are_named_once_and_clean() -> None:
-    assert goals(["read", " read. ", "go to  bed.", "", "x", "sleep"]) == [
-        "read",
-        "go to bed",
-        "sleep",
-    ]
-    assert goals([]) == []
+@pytest.mark.parametrize(
+    ("answer", "named"),
+    [
+        (["read", " read. ", "go to  bed.", "", "x", "sleep"], ["read", "go to bed", "sleep"]),
+        ([f"goal number {n}" for n in range(100)], [f"goal number {n}" for n in range(5)]),
+        (["word " * 5000, "read"], ["read"]),
+        ([1, None, ["read"], {"goal": "read"}], []),
+        ([], []),
+    ],
+    ids=["once and clean", "many", "long", "no texts", "none"],
+)
+def test_goals_are_named_once_and_clean(answer: list[object], named: list[str]) -> None:
+    assert goals(answer) == named
 
 
 def test_goals_that_are_held_are_told_and_not_asked_for_again() -> None:
     model = Answers(goals=[["read"]])
     PromptedWriter(model).goals("t", TURNS, ["sleep well"])
     assert "- sleep well" in model.prompts("goals")[0]
-
-
-@pytest.mark.parametrize("answer", BROKEN)
-def test_what_holds_no_list_of_goals_is_told(answer: str) -> None:
-    with pytest.raises(UnreadableAnswerError):
-        goals(answer)
-
-
-@pytest.mark.parametrize(
-    "answer", [[f"goal number {n}" for n in range(100)], ["word " * 5000, "read"]]
-)
-def test_too_many_goals_and_too_long_ones_are_left_out(answer: list[str]) -> None:
-    found = goals(answer)
-    assert 0 < len(found) <= 5
-    assert max(map(len, found)) <= 120
-
-
-@pytest.mark.parametrize("answer", [[1, 2], [None], [["read"]], [{"goal": "read"}]])
-def test_what_is_no_text_is_no_goal(answer: list[object]) -> None:
-    assert goals(answer) == []
 
 
 def test_prompted_goals_are_proposed_as_others_are() -> None:
@@ -140,10 +126,11 @@ def test_goals_are_removed_by_their_numbers(answer: list[object], removed: list[
     assert unfit(answer, "a", "b", "c") == removed
 
 
+@pytest.mark.parametrize("ask", [goals, lambda answer: unfit(answer, "a")], ids=["goals", "unfit"])
 @pytest.mark.parametrize("answer", BROKEN)
-def test_what_holds_no_numbers_is_told(answer: str) -> None:
+def test_what_holds_no_list_is_told(ask, answer: str) -> None:
     with pytest.raises(UnreadableAnswerError):
-        unfit(answer, "a")
+        ask(answer)
 
 
 def test_where_there_is_no_goal_none_is_asked_about() -> None:
@@ -179,17 +166,29 @@ def act(
     return planner.act(room, [READ], TURNS, history, standing), model
 
 
-def test_the_plan_is_done_in_its_order() -> None:
-    room = LampRoom(["lamp", "fan", "light"])
-    outcome, model = act(room, [[3, 1]])
-    assert room.on == ["light", "lamp"]
-    assert [(each.target, each.goal) for each in outcome.guessed] == [
-        ("light", "read"),
-        ("lamp", "read"),
-    ]
-    assert (outcome.failed, outcome.replans) == ((), 0)
+def test_the_plan_is_made_of_what_can_be_done_and_what_the_person_may_want() -> None:
+    _, model = act(LampRoom(["lamp", "fan", "light"]), [[1]])
     assert "2. switch on: fan" in model.prompts("plan")[0]
     assert "read (100%)" in model.prompts("plan")[0]
+
+
+NO_NUMBERS = [[], [0], [-1], [4, 99, 10**30], ["lamp"], [None], [[1]], [1.5], [True], [{"n": 1}]]
+
+
+@pytest.mark.parametrize(
+    ("plan", "on"),
+    [
+        ([3, 1], ["light", "lamp"]),
+        ([2, 2, 1, 2], ["fan", "lamp"]),
+        *((numbers, []) for numbers in NO_NUMBERS),
+    ],
+)
+def test_a_plan_is_done_in_its_order_and_each_number_once(plan: list[object], on) -> None:
+    room = LampRoom(["lamp", "fan", "light"])
+    outcome, _ = act(room, [plan])
+    assert room.on == on
+    assert [(each.target, each.goal) for each in outcome.guessed] == [(each, "read") for each in on]
+    assert (outcome.failed, outcome.replans, len(outcome.results)) == ((), 0, len(on))
 
 
 def test_a_thing_is_put_in_one_place() -> None:
@@ -205,22 +204,6 @@ def test_a_thing_is_put_in_one_place() -> None:
     outcome, _ = act(room, [[2, 4, 1, 3, 5]])
     assert room.on == ["lamp shelf 1", "fan shelf 0"]
     assert len(outcome.results) == 2
-
-
-@pytest.mark.parametrize(
-    "plan",
-    [[], [0], [-1], [4, 99, 10**30], ["lamp"], [None], [[1]], [1.5], [True], [{"number": 1}]],
-)
-def test_numbers_of_no_action_are_no_plan(plan: list[object]) -> None:
-    room = LampRoom(["lamp", "fan", "light"])
-    outcome, _ = act(room, [plan])
-    assert (outcome, room.on) == (Outcome(), [])
-
-
-def test_a_number_that_is_repeated_is_done_once() -> None:
-    room = LampRoom(["lamp", "fan"])
-    outcome, _ = act(room, [[2, 2, 1, 2]])
-    assert (room.on, outcome.failed) == (["fan", "lamp"], ())
 
 
 @pytest.mark.parametrize("terms", [["moon", "moon", ""], ["moon " * 5000], [str(n) for n in [1]]])

@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 
 from goalscope.experiment.results import Results, cell_key
 from goalscope.rounds_json import round_to_json
-from goalscope.types import GoalscopeError, InvalidInputError
+from goalscope.types import GoalscopeError
 from test_store import EPISODE, a_round, values_of
 
 CODE = {"code": "aaa", "prompts": "bbb", "model tiny": "ccc"}
@@ -112,18 +112,6 @@ def test_facts_are_kept_each_in_the_place_of_an_earlier_one(results):
     results.describe({"title": "One", "command": "a"})
     results.describe({"title": "Two \ud800"})
     assert results.about == {"title": "Two \ud800", "command": "a"}
-
-
-@pytest.mark.parametrize("name", list(CODE))
-def test_results_of_another_code_prompt_or_model_are_not_mixed_unless_told_to(results, name):
-    changed = {**CODE, name: "new"}
-    (cell,) = results.plan([{"a": 1}])
-    results.check(changed)  # nothing has been measured yet
-    results.keep(cell.key, {}, CODE)
-    results.check(CODE)
-    results.check({**CODE, "model other": "ddd"})  # one model more is no change
-    with pytest.raises(InvalidInputError, match=f"another {name}. .*--results.*--anyway"):
-        results.check(changed)
 
 
 def test_a_later_plan_with_the_same_settings_takes_the_place_of_the_earlier(results):

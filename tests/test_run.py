@@ -148,16 +148,6 @@ def test_people_who_are_edited_after_the_plan_are_not_measured(results, tmp_path
     assert specs_of(shop(tmp_path, "silent"), None) == specs  # as they were before
 
 
-def test_ctrl_c_keeps_what_is_done_and_the_next_call_does_the_rest(results, fake):
-    fake.update(broken={2}, error=KeyboardInterrupt())
-    with pytest.raises(KeyboardInterrupt):
-        run(fakes(4), results)
-    assert [cell.spec["n"] for cell in results.cells() if cell.result] == [0, 1]
-    fake["broken"].clear()
-    assert [n for n, *_ in run(fakes(4), results)] == [None, 2, 3]
-    assert [cell.attempts for cell in results.cells()] == [1, 1, 1, 1]
-
-
 def test_what_was_measured_with_another_model_is_not_mixed(results, fake, monkeypatch):
     run(fakes(1), results)
     monkeypatch.setattr(NamedModel, "fingerprint", "words 2")
@@ -179,17 +169,6 @@ def test_a_worker_refuses_a_cell_that_it_would_measure_with_something_else(fake)
     assert perform({"spec": spec, "identity": own}) == {"value": 0}
     with pytest.raises(GoalscopeError, match="another prompts"):
         perform({"spec": spec, "identity": {**own, "prompts": "old"}})
-
-
-def test_one_process_at_a_time_adds_to_a_file(tmp_path):
-    with (
-        runs.sole(tmp_path / "r.db"),
-        pytest.raises(InvalidInputError, match="Another process"),
-        runs.sole(tmp_path / "r.db"),
-    ):
-        pass
-    with runs.sole(tmp_path / "r.db"), runs.sole(tmp_path / "other.db"):
-        pass
 
 
 def test_the_evaluators_cells_come_after_the_episodes(results, fake, tmp_path, monkeypatch):

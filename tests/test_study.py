@@ -59,6 +59,13 @@ def store(place):
         yield opened
 
 
+@pytest.fixture
+def studies(store):
+    """Over a store with episodes to rate."""
+    fill(store)
+    return StudyStore(store)
+
+
 def rate(studies, person, rating, text="because it fits"):
     for answer in person.answers:
         given = rating(answer) if callable(rating) else rating
@@ -173,9 +180,7 @@ def test_a_room_that_cannot_be_entered_again_has_its_last_status(store, lost):
     assert shown.endswith(f"{LEFT}\n{status}")
 
 
-def test_a_closed_study_takes_nobody_new_and_who_began_may_finish(store, place):
-    fill(store)
-    studies = StudyStore(store)
+def test_a_closed_study_takes_nobody_new_and_who_began_may_finish(studies, place):
     study = studies.add(PLAN)
     ann = studies.join(study, "ann", "ann")
     with Store.open(place) as elsewhere:
@@ -268,21 +273,7 @@ def test_alpha_by_hand():
     assert krippendorff_alpha([[1], [2], []]) is None
 
 
-def test_people_get_items_that_need_ratings_until_there_are_enough(store):
-    fill(store)
-    studies = StudyStore(store)
-    study = studies.add(PLAN)
-    people = [studies.join(study, f"visitor {n}", f"id {n}") for n in range(4)]
-    counts = Counter(answer.item for each in people for answer in each.answers)
-    assert sorted(counts.values()) == [2, 2, 2, 2]
-    with pytest.raises(ConflictError, match="all the ratings"):
-        studies.join(study, "late", "late")
-    assert studies.join(study, "visitor 1", "id 1") == people[1]
-
-
-def test_those_who_left_make_room(store):
-    fill(store)
-    studies = StudyStore(store)
+def test_those_who_left_make_room(store, studies):
     study = studies.add(replace(PLAN, ratings_per_item=1))
     stays, gone = (studies.join(study, name, name) for name in ("stays", "gone"))
     rate(studies, stays, 2)
@@ -297,24 +288,7 @@ def test_those_who_left_make_room(store):
     assert {a.item for a in more.answers} == {a.item for a in gone.answers}
 
 
-def test_an_id_belongs_to_the_browser_in_which_its_owner_agreed(store):
-    fill(store)
-    studies = StudyStore(store)
-    study = studies.add(PLAN)
-    ann = studies.join(study, "browser 1", "ann")
-    assert studies.participant(study, "browser 1", "ann") == ann
-    assert studies.participant(study, "browser 2", "ben") is None
-    with pytest.raises(ConflictError, match="another browser"):
-        studies.participant(study, "browser 2", "ann")
-    with pytest.raises(ConflictError, match="another browser"):
-        studies.join(study, "browser 2", "ann")
-    with pytest.raises(ConflictError, match="this browser"):
-        studies.join(study, "browser 1", "ben")
-
-
-def test_who_takes_back_their_consent_is_forgotten(store):
-    fill(store)
-    studies = StudyStore(store)
+def test_who_takes_back_their_consent_is_forgotten(studies):
     study, other = studies.add(PLAN), studies.add(replace(PLAN, name="t"))
     ann, ben = (studies.join(study, name, name) for name in ("ann", "ben"))
     rate(studies, ann, 2)
@@ -327,9 +301,7 @@ def test_who_takes_back_their_consent_is_forgotten(store):
         studies.forget(study, ann.number)
 
 
-def test_an_older_answer_never_replaces_a_newer(store):
-    fill(store)
-    studies = StudyStore(store)
+def test_an_older_answer_never_replaces_a_newer(studies):
     ann = studies.join(studies.add(PLAN), "v", "v")
     first = studies.answer(ann, 1, 2, "first", 1)
     assert studies.answer(ann, 1, 2, "first", 1) == first
@@ -397,10 +369,8 @@ def test_all_scores_of_a_method_are_of_the_episodes_that_are_rated(store):
 
 
 @pytest.mark.parametrize("text", ["=1+1", "+1", "-1", "@x", "\tx", "\rx", "\n=1", "\uff1dx"])
-def test_no_cell_is_a_formula(store, text):
+def test_no_cell_is_a_formula(store, studies, text):
     assert inert(text) == f"'{text}"
-    fill(store)
-    studies = StudyStore(store)
     study = studies.add(PLAN)
     ann = studies.join(study, "v", text)
     studies.answer(ann, 1, 2, text, 1)

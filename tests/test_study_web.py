@@ -148,6 +148,10 @@ def test_an_id_goes_on_only_in_its_own_browser(address: str, visit) -> None:
     assert thief.http.get(HOME).status_code == 409
     assert "another browser" in thief.http.get(f"{HOME}/items/1").json()["error"]
     assert thief.http.post(f"{HOME}/consent", json={"agreed": True}).status_code == 409
+    ann.http.params = {"id": "60"}
+    other = ann.http.post(f"{HOME}/consent", json={"agreed": True})
+    assert (other.status_code, "this browser" in other.json()["error"]) == (409, True)
+    ann.http.params = {"id": "5f"}
     assert ben.get(HOME)["answered"] is None
     assert ann.get(HOME)["answered"] == [True, False]
 

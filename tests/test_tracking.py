@@ -56,6 +56,12 @@ def trackers(kitchen: Kitchen) -> Trackers:
     return kitchen.trackers
 
 
+@pytest.fixture
+def id(trackers: Trackers) -> str:
+    """Of a session that was opened."""
+    return trackers.open(TASK, GOALS).id
+
+
 def same(one: Tracked, other: Tracked) -> bool:
     beliefs = [
         (each.goals, each.log_likelihood.tolist(), each.calibration, each.pinned)
@@ -113,31 +119,20 @@ def test_a_session_goes_on_after_a_restart_as_if_there_had_been_none(kitchen: Ki
     )
 
 
-def test_a_turn_that_is_told_again_counts_once(trackers: Trackers) -> None:
-    id = trackers.open(TASK, GOALS).id
-    first = trackers.observe(id, 1, *CAKE)
-    assert same(trackers.observe(id, 1, " Yes? ", f" {CAKE[1]} "), first)
-    trackers.observe(id, 2, "", "soup")
-    assert same(trackers.observe(id, 1, *CAKE), first)
-    assert len(trackers.read(id).turns) == 2
-
-
 @pytest.mark.parametrize(
     ("turn", "query", "said"),
     [(1, "Yes?", "soup"), (1, "No?", CAKE[1]), (3, *CAKE), (0, *CAKE), (-1, *CAKE)],
 )
 def test_a_turn_that_does_not_fit_is_a_conflict(
-    trackers: Trackers, turn: int, query: str, said: str
+    id: str, trackers: Trackers, turn: int, query: str, said: str
 ) -> None:
-    id = trackers.open(TASK, GOALS).id
     before = trackers.observe(id, 1, *CAKE)
     with pytest.raises(ConflictError):
         trackers.observe(id, turn, query, said)
     assert same(trackers.read(id), before)
 
 
-def test_what_a_correction_changed_is_in_the_record_at_once(kitchen: Kitchen) -> None:
-    id = kitchen.trackers.open(TASK, GOALS).id
+def test_what_a_correction_changed_is_in_the_record_at_once(id: str, kitchen: Kitchen) -> None:
     kitchen.trackers.observe(id, 1, *CAKE)
     kitchen.trackers.correct(id, "pin", "cook tomato soup")
     (round,) = kitchen.store.rounds(id)
@@ -187,8 +182,7 @@ def test_the_model_takes_out_only_goals_of_its_own(
     assert set(GOALS) <= {goal.text for goal in kitchen.trackers.read(id).belief.goals}
 
 
-def test_each_utterance_tells_what_it_says_for_a_goal(trackers: Trackers) -> None:
-    id = trackers.open(TASK, GOALS).id
+def test_each_utterance_tells_what_it_says_for_a_goal(id: str, trackers: Trackers) -> None:
     belief = trackers.observe(id, 1, *CAKE).belief
     goal, (reason,) = trackers.why(id, "Bake a cake.")
     assert (goal.text, reason.utterance) == ("bake a cake", CAKE[1])
@@ -198,8 +192,7 @@ def test_each_utterance_tells_what_it_says_for_a_goal(trackers: Trackers) -> Non
         trackers.why(id, "x")
 
 
-def test_a_closed_session_is_read_and_not_changed(trackers: Trackers) -> None:
-    id = trackers.open(TASK, GOALS).id
+def test_a_closed_session_is_read_and_not_changed(id: str, trackers: Trackers) -> None:
     trackers.observe(id, 1, *CAKE)
     closed = trackers.close(id)
     assert closed.closed
@@ -214,16 +207,14 @@ def test_a_closed_session_is_read_and_not_changed(trackers: Trackers) -> None:
             change()
 
 
-def test_a_session_belongs_to_its_model(kitchen: Kitchen) -> None:
-    id = kitchen.trackers.open(TASK, GOALS).id
+def test_a_session_belongs_to_its_model(id: str, kitchen: Kitchen) -> None:
     kitchen.model = type("Other", (WordModel,), {"name": "other"})()
     assert kitchen.trackers.read(id).id == id
     with pytest.raises(ConflictError, match="belongs to the model words"):
         kitchen.trackers.observe(id, 1, *CAKE)
 
 
-def test_there_is_no_session_but_those_of_the_trackers(kitchen: Kitchen) -> None:
-    id = kitchen.trackers.open(TASK, GOALS).id
+def test_there_is_no_session_but_those_of_the_trackers(id: str, kitchen: Kitchen) -> None:
     shop = kitchen.store.begin(domain="grocery", method="good", model="words", task=TASK)
     for other in (id[:-1], "", "zz", shop):
         with pytest.raises(InvalidInputError, match="There is no tracking session"):
@@ -234,8 +225,9 @@ def test_there_is_no_session_but_those_of_the_trackers(kitchen: Kitchen) -> None
     "goals",
     [[""], [" "], ["\ud800"], ["x" * 501], [f"goal {n}" for n in range(201)], ["unspecified"]],
 )
-def test_goals_that_cannot_be_used_are_refused(trackers: Trackers, goals: list[str]) -> None:
-    id = trackers.open(TASK, GOALS).id
+def test_goals_that_cannot_be_used_are_refused(
+    id: str, trackers: Trackers, goals: list[str]
+) -> None:
     before = trackers.observe(id, 1, *CAKE)
     for refused in (lambda: trackers.open(TASK, goals), lambda: trackers.add(id, goals)):
         with pytest.raises(InvalidInputError):
@@ -260,16 +252,7 @@ def test_turns_end_in_time(trackers: Trackers, monkeypatch: pytest.MonkeyPatch) 
         trackers.observe(id, 2, *CAKE)
 
 
-@pytest.mark.parametrize(("query", "said"), [("", ""), ("x" * 4001, "a"), ("", "x" * 4001)])
-def test_words_that_cannot_be_used_are_refused(trackers: Trackers, query: str, said: str) -> None:
-    id = trackers.open(TASK, GOALS).id
-    with pytest.raises(InvalidInputError):
-        trackers.observe(id, 1, query, said)
-    assert trackers.read(id).turns == ()
-
-
-def test_a_round_that_has_changed_meanwhile_is_not_overwritten(kitchen: Kitchen) -> None:
-    id = kitchen.trackers.open(TASK, GOALS).id
+def test_a_round_that_has_changed_meanwhile_is_not_overwritten(id: str, kitchen: Kitchen) -> None:
     kitchen.trackers.observe(id, 1, *CAKE)
     (old,) = kitchen.store.rounds(id)
     kitchen.store.amend(id, old, replace(old, status="one"))
@@ -285,8 +268,7 @@ def test_a_round_that_has_changed_meanwhile_is_not_overwritten(kitchen: Kitchen)
     assert kitchen.store.rounds(id)[0].status == "one"
 
 
-def test_the_commands_show_a_session_and_do_not_go_on_with_it(kitchen: Kitchen) -> None:
-    id = kitchen.trackers.open(TASK, GOALS).id
+def test_the_commands_show_a_session_and_do_not_go_on_with_it(id: str, kitchen: Kitchen) -> None:
     kitchen.trackers.observe(id, 1, *CAKE)
 
     def said(*words: str, code: int = 0) -> str:
@@ -298,16 +280,6 @@ def test_the_commands_show_a_session_and_do_not_go_on_with_it(kitchen: Kitchen) 
     assert "bake a cake" in said("replay", id)
     assert CAKE[1] in " ".join(said("why", id, "--json").split())
     assert "another program" in said("chat", "--resume", id, code=2)
-
-
-def test_sessions_of_several_servers_over_one_store_are_one(kitchen: Kitchen) -> None:
-    one, other = kitchen.trackers, kitchen.restart()
-    id = one.open(TASK, GOALS).id
-    one.observe(id, 1, *CAKE)
-    other.correct(id, "pin", "make tea")
-    told = one.observe(id, 2, "", "soup")
-    assert same(other.observe(id, 2, "", "soup"), told)
-    assert Goal("make tea") in told.belief.goals
 
 
 @pytest.mark.parametrize(
@@ -327,8 +299,9 @@ def test_sessions_of_several_servers_over_one_store_are_one(kitchen: Kitchen) ->
     ],
     ids=["added", "observed"],
 )
-def test_of_two_servers_none_undoes_what_the_other_did(kitchen: Kitchen, first, late) -> None:
-    id = kitchen.trackers.open(TASK, GOALS).id
+def test_of_two_servers_none_undoes_what_the_other_did(
+    id: str, kitchen: Kitchen, first, late
+) -> None:
 
     def meanwhile() -> WordModel:
         nonlocal now
@@ -365,8 +338,7 @@ def test_the_model_does_not_act_on_its_own_proposal_before_the_person_speaks_for
     assert trackers.correct(confirmed, "pin", "grow roses").advice == "act"
 
 
-def test_a_goal_that_was_ruled_out_comes_back_only_by_name(kitchen: Kitchen) -> None:
-    id = kitchen.trackers.open(TASK, GOALS).id
+def test_a_goal_that_was_ruled_out_comes_back_only_by_name(id: str, kitchen: Kitchen) -> None:
     for turn, (query, said) in enumerate([CAKE, ("And?", "Soup.")], 1):  # before and after a turn
         kitchen.trackers.correct(id, "veto", "bake a cake")
         for trackers in (kitchen.trackers, kitchen.restart()):
@@ -400,16 +372,14 @@ def test_a_goal_that_was_ruled_out_comes_back_only_by_name(kitchen: Kitchen) -> 
         lambda t, id: t.why(id, 5),
     ],
 )
-def test_what_is_of_another_type_is_refused_in_words(kitchen: Kitchen, wrong) -> None:
-    id = kitchen.trackers.open(TASK, GOALS).id
+def test_what_is_of_another_type_is_refused_in_words(id: str, kitchen: Kitchen, wrong) -> None:
     with pytest.raises(InvalidInputError):
         wrong(kitchen.trackers, id)
 
 
 def test_after_goals_were_added_others_are_asked_for_by_later_words_alone(
-    kitchen: Kitchen,
+    id: str, kitchen: Kitchen
 ) -> None:
-    id = kitchen.trackers.open(TASK, GOALS).id
     tracker = GoalTracker(kitchen.model, task=TASK, goals=GOALS)
     odd = "Good morning, I am here. I have many things to do today. " * 3
     first = kitchen.trackers.observe(id, 1, "Yes?", odd)

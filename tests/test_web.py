@@ -2,6 +2,7 @@
 
 import json
 import threading
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import asdict
 from pathlib import Path
@@ -16,14 +17,25 @@ from goalscope.store import Store
 from goalscope.types import Action, GoalscopeError, StepResult, Turn
 from goalscope.web import conversations
 from goalscope.web.exports import room_picture
-from sites import KEY, WRITES, FailsOnce, site
+from sites import KEY, WRITES, FailsOnce, Person, site
 
 CAKE = "I want to bake a cake. Please add flour."
 
 
-def test_a_purchase_waits_for_the_confirmation_of_the_basket_as_shown(address: str, visit) -> None:
-    ann = visit(address)
-    mine = ann.begin()
+@pytest.fixture
+def ann(address: str, visit) -> Person:
+    return visit(address)
+
+
+@pytest.fixture
+def mine(ann: Person) -> str:
+    """The address of an episode that Ann has begun."""
+    return ann.begin()
+
+
+def test_a_purchase_waits_for_the_confirmation_of_the_basket_as_shown(
+    ann: Person, mine: str
+) -> None:
     before = ann.say(mine, CAKE)
     assert before["confirm"] is None
     waits = ann.say(mine, "Buy the basket")["confirm"]
@@ -48,9 +60,7 @@ def test_a_purchase_waits_for_the_confirmation_of_the_basket_as_shown(address: s
     assert not any(each["irreversible"] for r in ended["rounds"][:-1] for each in r["actions"])
 
 
-def test_a_yes_that_is_typed_is_a_yes_and_other_words_are_none(address: str, visit) -> None:
-    ann = visit(address)
-    mine = ann.begin()
+def test_a_yes_that_is_typed_is_a_yes_and_other_words_are_none(ann: Person, mine: str) -> None:
     ann.say(mine, CAKE)
     assert ann.say(mine, "Buy the basket")["confirm"]
     ann.say(mine, "ask total")
@@ -62,35 +72,62 @@ def test_a_yes_that_is_typed_is_a_yes_and_other_words_are_none(address: str, vis
     assert ann.get(mine)["episode"]["ended"] == "terminated"
 
 
-def test_listeners_hear_each_step_the_round_and_the_end(address: str, visit) -> None:
-    ann = visit(address)
-    mine = ann.begin()
-    heard: list[tuple[str, dict]] = []
+@contextmanager
+def heard(
+    ann: Person, mine: str, until: Callable[[dict], bool] = lambda _: False
+) -> Iterator[list[tuple[str, dict]]]:
+    """The events that are told while the block runs, up to the one that is waited for."""
+    events: list[tuple[str, dict]] = []
     ready, done = threading.Event(), threading.Event()
 
     def listen() -> None:
-        for event in ann.events(mine):
-            heard.append(event)
+        for kind, data in ann.events(mine):
+            events.append((kind, data))
             ready.set()
+            if until(data):
+                break
         done.set()
 
     threading.Thread(target=listen, daemon=True).start()
     assert ready.wait(10)
-    ann.say(mine, CAKE)
-    waits = ann.say(mine, "Buy the basket")["confirm"]
-    ann.say(mine, "Buy the basket", confirmed=waits["state"])
+    yield events
     assert done.wait(10)
-    kinds = [kind for kind, _ in heard]
+
+
+def test_listeners_hear_each_step_the_round_and_the_end(ann: Person, mine: str) -> None:
+    with heard(ann, mine) as events:
+        ann.say(mine, CAKE)
+        waits = ann.say(mine, "Buy the basket")["confirm"]
+        ann.say(mine, "Buy the basket", confirmed=waits["state"])
+    kinds = [kind for kind, _ in events]
     assert kinds[0] == "live"
     assert kinds[-1] == "ended"
     assert kinds.count("round") == 3
-    steps = list(dict.fromkeys(data["step"] for kind, data in heard if kind == "live"))
+    steps = list(dict.fromkeys(data["step"] for kind, data in events if kind == "live"))
     assert {"scoring 1 goal", "proposing goals", "checking goals", "planning", "asking"} <= {*steps}
 
 
-def test_a_goal_is_confirmed_ruled_out_reworded_and_each_taken_back(address: str, visit) -> None:
+@pytest.mark.parametrize("seconds", [0.0, 3600.0], ids=["at once", "now and then"])
+def test_a_question_is_told_as_it_is_written(
+    address: str, visit, monkeypatch, seconds: float
+) -> None:
+    monkeypatch.setattr(conversations, "DRAFT_SECONDS", seconds)
     ann = visit(address)
     mine = ann.begin()
+    with heard(ann, mine, lambda data: data.get("round") == 2 and data["phase"] == "idle") as told:
+        ann.say(mine, CAKE)
+    lives = [data for kind, data in told if kind == "live"]
+    drafts = {each["draft"] for each in lives if each["draft"]}
+    if seconds:
+        assert len(drafts) <= 1
+    else:
+        assert {"What", "What do", "What do you", "What do you like?"} <= drafts
+    assert all(each["step"] == "asking" for each in lives if each["draft"])
+    assert all(each["draft"] == "" for each in lives if each["query"])
+    assert lives[-1]["draft"] == ""
+
+
+def test_a_goal_is_confirmed_ruled_out_reworded_and_each_taken_back(ann: Person, mine: str) -> None:
     ann.say(mine, CAKE)
     first = ann.live(mine)["belief"]["goals"]
     goals = {each["text"] for each in first}
@@ -114,9 +151,7 @@ def test_a_goal_is_confirmed_ruled_out_reworded_and_each_taken_back(address: str
     assert {each["text"] for each in ann.live(mine)["belief"]["goals"]} == goals
 
 
-def test_the_evidence_of_a_goal_by_utterance_and_by_word(address: str, visit) -> None:
-    ann = visit(address)
-    mine = ann.begin()
+def test_the_evidence_of_a_goal_by_utterance_and_by_word(ann: Person, mine: str) -> None:
     ann.say(mine, CAKE)
     goal = ann.live(mine)["belief"]["goals"][0]["text"]
     (reason,) = ann.get(f"{mine}/why", goal=goal)["reasons"]
@@ -126,9 +161,7 @@ def test_the_evidence_of_a_goal_by_utterance_and_by_word(address: str, visit) ->
     assert ann.http.get(f"{mine}/words", params={"goal": "none", "turn": 1}).status_code == 400
 
 
-def test_a_round_is_answered_once(address: str, visit) -> None:
-    ann = visit(address)
-    mine = ann.begin()
+def test_a_round_is_answered_once(ann: Person, mine: str) -> None:
     assert ann.http.post(f"{mine}/utterances", json={"text": CAKE, "round": 2}).status_code == 409
     said = [
         ann.http.post(f"{mine}/utterances", json={"text": CAKE, "round": 1}).status_code
@@ -140,9 +173,7 @@ def test_a_round_is_answered_once(address: str, visit) -> None:
 
 
 @pytest.mark.parametrize("text", ["", "  ", "\ud800", "x" * 2001])
-def test_words_that_no_model_can_read_are_refused(address: str, text: str, visit) -> None:
-    ann = visit(address)
-    mine = ann.begin()
+def test_words_that_no_model_can_read_are_refused(ann: Person, mine: str, text: str) -> None:
     body = json.dumps({"text": text, "round": 1})
     assert ann.http.post(f"{mine}/utterances", content=body).status_code in (400, 422)
     assert ann.live(mine)["round"] == 1
@@ -342,41 +373,3 @@ def test_an_episode_stays_open_until_its_first_request_is_over(
         monkeypatch.setattr(conversations, "OPEN_SECONDS", 0.0)
         ann.begin()
         assert [f"/api/episodes/{id}" for id in closed] == episodes
-
-
-def heard_in_a_round(ann, mine: str) -> list[dict]:
-    """How the episode stood, each time that it was told, up to the next question."""
-    heard: list[dict] = []
-    ready, done = threading.Event(), threading.Event()
-
-    def listen() -> None:
-        for kind, data in ann.events(mine):
-            heard.extend([data] if kind == "live" else [])
-            ready.set()
-            if data.get("round") == 2 and data["phase"] == "idle":
-                break
-        done.set()
-
-    threading.Thread(target=listen, daemon=True).start()
-    assert ready.wait(10)
-    ann.say(mine, CAKE)
-    assert done.wait(10)
-    return heard
-
-
-def test_a_question_is_told_as_it_is_written(address: str, visit, monkeypatch) -> None:
-    monkeypatch.setattr(conversations, "DRAFT_SECONDS", 0.0)
-    ann = visit(address)
-    heard = heard_in_a_round(ann, ann.begin())
-    drafts = [each["draft"] for each in heard if each["draft"]]
-    assert {"What", "What do", "What do you", "What do you like?"} <= {*drafts}
-    assert all(each["step"] == "asking" for each in heard if each["draft"])
-    assert all(each["draft"] == "" for each in heard if each["query"])
-    assert heard[-1]["draft"] == ""
-
-
-def test_drafts_are_told_now_and_then(address: str, visit, monkeypatch) -> None:
-    monkeypatch.setattr(conversations, "DRAFT_SECONDS", 3600.0)
-    ann = visit(address)
-    heard = heard_in_a_round(ann, ann.begin())
-    assert len({each["draft"] for each in heard if each["draft"]}) <= 1

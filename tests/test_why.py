@@ -275,14 +275,6 @@ def test_why_tells_of_the_likeliest_goal_after_the_last_round_or_the_named_one(k
         assert named["goal"] == "make toast"
 
 
-def test_why_is_drawn_for_people_without_what_a_terminal_would_obey(kept) -> None:
-    result = invoke("why", kept)
-    assert result.exit_code == 0, result.output
-    assert "Why bake" in result.stdout
-    assert "Flour" in result.stdout
-    assert "\x1b" not in result.stdout
-
-
 def test_why_tells_what_was_confirmed_and_when(store_file) -> None:  # noqa: F811
     tea, toast = map(Goal, GOALS[:2])
     belief = Belief.uniform([tea, toast]).pin(toast).observe([-9.0, -1.0]).pin(tea)
@@ -301,13 +293,9 @@ def test_why_tells_what_was_confirmed_and_when(store_file) -> None:  # noqa: F81
 def test_why_scores_words_only_when_asked(kept, monkeypatch) -> None:
     opened = []
 
-    class Closable(Speller):
-        def close(self):
-            pass
-
     def open_model(*_, **options):
         opened.append(options)
-        return Closable()
+        return Speller()
 
     monkeypatch.setattr("goalscope.models.opening.open_model", open_model)
     invoke("why", kept, "--json")

@@ -24,10 +24,6 @@ from test_cli import ROW, invoke, rows_file
 from test_run import QUESTIONS, NamedModel
 
 
-class Small(NamedModel):
-    def close(self) -> None: ...
-
-
 @pytest.fixture
 def package(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Path]:
     """A copy of goalscope that stands for the one that runs, over a model without loading."""
@@ -36,8 +32,8 @@ def package(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Path]:
     shutil.copytree(Path(goalscope.__file__).parent, copy, ignore=ignored)
     monkeypatch.setattr(goalscope, "__file__", str(copy / "__init__.py"))
     for module in (work, identity):
-        monkeypatch.setattr(module, "opened", lambda model, *_: Small(REPLIES))
-    monkeypatch.setattr("goalscope.models.opening.open_model", lambda *_, **__: Small(REPLIES))
+        monkeypatch.setattr(module, "opened", lambda model, *_: NamedModel(REPLIES))
+    monkeypatch.setattr("goalscope.models.opening.open_model", lambda *_, **__: NamedModel(REPLIES))
     _forget()
     yield copy
     _forget()
