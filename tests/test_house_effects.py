@@ -99,8 +99,8 @@ def test_what_leaves_heat_or_cold_has_the_rooms_temperature_after_ten_seconds(
     home = do(house(), steps)
     home.advance(9.9)
     assert thing(home, words)["temperature"] == temperature
-    for _ in range(10):
-        home.advance(0.2 if not stays else 5)
+    for seconds in [5.0] * 10 if stays else [0.2]:
+        home.advance(seconds)
     assert thing(home, words)["temperature"] == (temperature if stays else "RoomTemp")
 
 
