@@ -12,11 +12,11 @@ from goalscope.picking import Picker
 from goalscope.standing import Standing, fold
 from goalscope.types import Action
 
-__all__ = ["CATALOGUE", "PICK", "SEARCH", "follow", "ordered", "reading", "shop", "standing_after"]
-
 CATALOGUE = Catalogue.load()
 SEARCH = Search(CATALOGUE)
 PICK = Picker()
+SMALL = Catalogue(CATALOGUE.items[::40])
+SMALL_SEARCH = Search(SMALL)
 
 
 def shop(basket: Mapping[str, int] | None = None) -> GroceryShop:

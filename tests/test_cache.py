@@ -173,7 +173,7 @@ class Interrupted:
         raise KeyboardInterrupt
 
 
-def test_something_else_is_left_alone(file: Path) -> None:
+def test_something_else_is_left_alone(file: Path, tmp_path: Path) -> None:
     with sqlite3.connect(file) as other:
         other.execute("CREATE TABLE notes (text)")
     other.close()
@@ -182,13 +182,9 @@ def test_something_else_is_left_alone(file: Path) -> None:
         CachedModel(Weighed(), file)
     assert file.read_bytes() == before
     file.write_text("my notes, which are no database at all")
-    with pytest.raises(GoalscopeError, match="cannot be used"):
-        CachedModel(Weighed(), file)
-
-
-def test_a_folder_in_the_way_is_a_clear_error(tmp_path: Path) -> None:
-    with pytest.raises(GoalscopeError, match="cannot be used"):
-        CachedModel(Weighed(), tmp_path)
+    for other in (file, tmp_path):
+        with pytest.raises(GoalscopeError, match="cannot be used"):
+            CachedModel(Weighed(), other)
 
 
 def test_threads_share_a_cache(file: Path) -> None:

@@ -12,7 +12,7 @@ from pathlib import Path
 import pytest
 
 from goalscope.models import engine as engines
-from goalscope.models.engine import NATIVE, READY, Package
+from goalscope.models.engine import NATIVE, READY
 from goalscope.models.llamacpp import LlamaCpp
 from goalscope.models.native import Weights
 from goalscope.types import InvalidInputError, ModelError
@@ -63,11 +63,6 @@ def test_who_asks_for_the_compiled_engine_gets_no_other(monkeypatch: pytest.Monk
     monkeypatch.setattr(engines, "NATIVE", replace(NATIVE, module="not_compiled_here"))
     with pytest.raises(ModelError, match="llama-cpp-python is not installed"):
         engines.engine.__wrapped__()
-
-
-def test_a_package_that_is_not_there_is_named() -> None:
-    with pytest.raises(ModelError, match="llama-cpp-nowhere is not installed"):
-        Package("llama-cpp-nowhere", "llama_cpp_nowhere", "1.0", ("*.so",)).load()
 
 
 def test_a_file_that_is_no_library_is_refused(

@@ -110,11 +110,6 @@ This target object is NOT a receptacle!
     Kitchen1: PickupObject Apple; PutObject Potato
 Target openable Receptacle is CLOSED, can't place if target is not open!
     Kitchen1: PickupObject Apple; PutObject Drawer
-    Kitchen1: PickupObject Apple; PutObject Cabinet
-    Kitchen1: PickupObject Apple; PutObject Fridge
-    Kitchen1: PickupObject Apple; PutObject Microwave
-    Bathroom1: PickupObject Cloth; PutObject LaundryHamper
-    Bedroom1: PickupObject Watch; PutObject Safe
     LivingRoom1: CloseObject Box; PickupObject Pencil; PutObject Box
 {id} is full right now
     Kitchen1: PickupObject Bowl; PutObject StoveBurner
@@ -148,8 +143,6 @@ can't toggle object off if it's already off!
 Target must be closed to Toggle On!
     Kitchen1: OpenObject Microwave; ToggleObjectOn Microwave
 Target is broken and cannot be Toggled On!
-    LivingRoom1: BreakObject CellPhone; ToggleObjectOn CellPhone
-    LivingRoom1: BreakObject Laptop; ToggleObjectOn Laptop
     LivingRoom1: BreakObject Television; ToggleObjectOn Television
 milk is not a valid Liquid Type
     Kitchen1: FillObjectWithLiquid Cup fillLiquid="milk"
@@ -199,6 +192,7 @@ The agent is already standing.
     Kitchen1: Stand
 The agent is already crouching.
     Kitchen1: Crouch; Crouch
+    Kitchen1: Teleport standing=false; Crouch
 Tilting further would exceed the camera's limits.
     Kitchen1: LookDown; LookDown; LookDown
     Kitchen1: LookUp; LookUp

@@ -69,22 +69,12 @@ def compare(path: Path, lines: list[Any]) -> Agreement:
     return agreement
 
 
-@pytest.mark.parametrize("name", ["episode.jsonl", "episode.jsonl.gz"])
-def test_a_recording_of_the_house_itself_agrees(tmp_path: Path, name: str) -> None:
-    agreement = compare(tmp_path / name, record(*STEPS))
-    assert (agreement.steps, agreement.agreed, agreement.hits) == (4, 4, 5)
-    assert not agreement.missed
-    assert not agreement.extra
-    assert not agreement.refused
-    assert (agreement.success_agreement, agreement.f1) == (1.0, 1.0)
+def nothing_differs(episode: list[Row]) -> None:
+    pass
 
 
 def last_toggles_a_tap(episode: list[Row]) -> None:
     thing(episode[-1], "Faucet")["isToggled"] = True
-
-
-def first_opens_nothing(episode: list[Row]) -> None:
-    thing(episode[1], "Fridge")["isOpen"] = False
 
 
 def first_fails(episode: list[Row]) -> None:
@@ -110,19 +100,16 @@ def positions_differ(episode: list[Row]) -> None:
 
 
 ALTERED: list[tuple[Callable[[list[Row]], None], int, int, dict[Any, int], dict[Any, int]]] = [
+    (nothing_differs, 4, 5, {}, {}),
     (last_toggles_a_tap, 4, 5, {("PutObject", "isToggled"): 1}, {}),
-    (first_opens_nothing, 4, 4, {("PickupObject", "isOpen"): 1}, {("OpenObject", "isOpen"): 1}),
+
     (first_fails, 3, 5, {}, {}),
     (failed_one_succeeds, 3, 5, {}, {}),
     (
         egg_lands_elsewhere, 4, 4,
         {("PutObject", "parentReceptacles"): 1}, {("PutObject", "parentReceptacles"): 1},
     ),
-    (
-        new_thing_appears, 4, 5,
-        {("PutObject", "isCooked"): 1},
-        {},
-    ),
+    (new_thing_appears, 4, 5, {("PutObject", "isCooked"): 1}, {}),
     (positions_differ, 4, 5, {}, {}),
 ]  # fmt: skip
 
@@ -138,7 +125,7 @@ def test_each_difference_to_a_recording_is_counted_once(
 ) -> None:
     episode = record(*STEPS)
     alter(episode)
-    agreement = compare(tmp_path / "episode.jsonl", episode)
+    agreement = compare(tmp_path / "episode.jsonl.gz", episode)
     assert (agreement.steps, agreement.agreed, agreement.hits) == (4, agreed, hits)
     assert (dict(agreement.missed), dict(agreement.extra)) == (missed, extra)
     assert agreement.precision == hits / (hits + sum(extra.values()))
@@ -166,6 +153,7 @@ def test_counts_add_up_over_episodes_and_are_written_for_machines(tmp_path: Path
     last_toggles_a_tap(episode)
     path = write(tmp_path / "episode.jsonl", episode)
     agreement = Agreement()
+    assert (agreement.success_agreement, agreement.f1) == (1.0, 1.0)
     for _ in range(3):
         compare_episode(path, agreement)
     written = json.loads(json.dumps(agreement.as_json()))
@@ -178,22 +166,14 @@ def test_counts_add_up_over_episodes_and_are_written_for_machines(tmp_path: Path
     assert written["examples"][0].endswith("isToggled -> True")
 
 
-def test_without_steps_nothing_disagrees() -> None:
-    assert (Agreement().success_agreement, Agreement().f1) == (1.0, 1.0)
-
-
 @pytest.mark.parametrize("predicate", PREDICATES)
 def test_every_predicate_counts(predicate: str) -> None:
     value = {"parentReceptacles": ["Sink"], "temperature": "Hot"}.get(predicate, True)
     changed = triples({"Cup": {}}, {"Cup": {predicate: value}})
     assert {each[:2] for each in changed} == {("Cup", predicate)}
     assert not triples({"Cup": {predicate: value}}, {"Cup": {predicate: value}})
-
-
-def test_the_order_of_receptacles_does_not_count() -> None:
-    before = {"Cup": {"parentReceptacles": ["Sink", "CounterTop"], "temperature": None}}
-    after = {"Cup": {"parentReceptacles": ["CounterTop", "Sink"], "temperature": "RoomTemp"}}
-    assert not triples(before, after)
+    one, other = ({"Cup": {"parentReceptacles": each}} for each in (["A", "B"], ["B", "A"]))
+    assert not triples(one, other)
 
 
 @pytest.mark.parametrize(
@@ -267,15 +247,11 @@ def replay(row: Row) -> Agreement:
     return agreement
 
 
-def test_a_game_played_in_the_house_itself_agrees() -> None:
-    agreement = replay(game(*ACTS))
-    assert (agreement.steps, agreement.agreed, agreement.f1) == (5, 5, 1.0)
-    assert agreement.hits > 5
-
-
 def test_a_game_is_judged_by_its_end() -> None:
     row = game(*ACTS)
-    whole = replay(row).hits
+    agreement = replay(row)
+    assert (agreement.steps, agreement.agreed, agreement.f1) == (5, 5, 1.0)
+    whole = agreement.hits
     end = {each["objectType"]: each for each in row["final_objects"]}
     del end["Fridge"]["isOpen"]
     end["Plate"]["isDirty"] = True

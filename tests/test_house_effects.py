@@ -83,37 +83,25 @@ def test_a_tap_rinses_no_counter_around_its_basin() -> None:
 
 
 @pytest.mark.parametrize(
-    ("steps", "words", "temperature"),
+    ("steps", "words", "temperature", "stays"),
     [
-        ("PickupObject Egg", "Egg", "Cold"),
-        ("ToggleObjectOn StoveKnob; PickupObject Pan", "Pan", "Hot"),
-        ('FillObjectWithLiquid Cup fillLiquid="coffee"', "Cup", "Hot"),
+        ("PickupObject Egg", "Egg", "Cold", False),
+        ("ToggleObjectOn StoveKnob; PickupObject Pan", "Pan", "Hot", False),
+        ('FillObjectWithLiquid Cup fillLiquid="coffee"', "Cup", "Hot", False),
+        ("OpenObject Fridge", "Egg", "Cold", True),
+        ("ToggleObjectOn StoveKnob", "Pan", "Hot", True),
+        ("ToggleObjectOn StoveKnob; ToggleObjectOff StoveKnob", "Pan", "Hot", True),
     ],
 )
-def test_what_is_hot_or_cold_has_the_rooms_temperature_after_ten_seconds(
-    steps: str, words: str, temperature: str
+def test_what_leaves_heat_or_cold_has_the_rooms_temperature_after_ten_seconds(
+    steps: str, words: str, temperature: str, stays: bool
 ) -> None:
     home = do(house(), steps)
     home.advance(9.9)
     assert thing(home, words)["temperature"] == temperature
-    home.advance(0.2)
-    assert thing(home, words)["temperature"] == "RoomTemp"
-
-
-@pytest.mark.parametrize(
-    ("steps", "words", "temperature"),
-    [
-        ("Pass", "Egg", "Cold"),
-        ("OpenObject Fridge", "Egg", "Cold"),
-        ("ToggleObjectOn StoveKnob", "Pan", "Hot"),
-        ("ToggleObjectOn StoveKnob; ToggleObjectOff StoveKnob", "Pan", "Hot"),
-    ],
-)
-def test_what_stays_at_heat_or_cold_keeps_it(steps: str, words: str, temperature: str) -> None:
-    home = do(house(), steps)
-    for _ in range(10):
-        home.advance(5)
-    assert thing(home, words)["temperature"] == temperature
+    for seconds in [5.0] * 10 if stays else [0.2]:
+        home.advance(seconds)
+    assert thing(home, words)["temperature"] == (temperature if stays else "RoomTemp")
 
 
 def test_the_clock_runs_with_every_action_that_succeeds() -> None:

@@ -10,6 +10,7 @@ from houses import do, house, run, thing
 @pytest.mark.parametrize(
     ("step", "x", "z", "yaw", "horizon"),
     [
+        ("Crouch; Stand", 3.5, 2.5, 0, 0),
         ("MoveAhead", 3.5, 2.75, 0, 0),
         ("MoveBack", 3.5, 2.25, 0, 0),
         ("MoveLeft", 3.25, 2.5, 0, 0),
@@ -43,13 +44,6 @@ def test_the_agent_is_set_neither_into_the_air_nor_into_the_floor(y: float) -> N
     assert do(home, f"Teleport {pose}").state.agent["position"]["y"] == y
     do(home, "Teleport y=0.9 forceAction=false")
     do(home, "Teleport y=0.95 forceAction=false")
-
-
-def test_crouching_and_standing_undo_each_other() -> None:
-    home = do(house(), "Crouch")
-    assert home.metadata()["agent"]["isStanding"] is False
-    assert do(home, "Stand").metadata()["agent"]["isStanding"] is True
-    assert do(home, "Teleport standing=false").metadata()["agent"]["isStanding"] is False
 
 
 def test_what_is_held_goes_with_the_hand() -> None:

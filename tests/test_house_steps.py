@@ -1,6 +1,5 @@
 """What belongs to each of the robot's actions, and how it takes back a failure."""
 
-import random
 from typing import Any
 
 import pytest
@@ -11,9 +10,8 @@ from goalscope.envs import Environment
 from goalscope.envs.check import check_env
 from goalscope.envs.house import HomeRobot, HouseController, load_profiles
 from goalscope.orders import Reading, orders_from_text
-from goalscope.policy import undo
 from goalscope.standing import Standing, fold
-from goalscope.types import Action, GoalscopeError, Profile, StepResult
+from goalscope.types import Action, GoalscopeError, Profile
 
 FREE = Standing()
 
@@ -82,16 +80,10 @@ def test_put_brings_the_object_and_leaves_doors_as_they_were(robot: HomeRobot) -
 def test_hand_holds_one_object_and_puts_back_the_other(robot: HomeRobot) -> None:
     home = thing(robot, "Apple")["parentReceptacles"]
     assert robot.step(Action("pick up", "apple")).ok
-    assert robot.step(Action("pick up", "tomato")).ok
+    told = robot.step(Action("pick up", "tomato")).observation
+    assert told == "The tomato is in the robot's hand; the apple went back to counter 2."
     assert [each["objectType"] for each in robot.metadata["inventoryObjects"]] == ["Tomato"]
     assert thing(robot, "Apple")["parentReceptacles"] == home
-
-
-def test_it_is_told_when_what_the_hand_held_went_back(robot: HomeRobot) -> None:
-    assert robot.step(Action("pick up", "apple")).ok
-    told = robot.step(Action("put", "tomato", destination="fridge")).observation
-    assert told == "The tomato is in the fridge; the apple went back to counter 2."
-    assert robot.step(Action("open", "microwave")).observation == "The microwave is open."
 
 
 def test_knob_stands_for_its_burner(robot: HomeRobot) -> None:
@@ -110,17 +102,12 @@ def test_microwave_is_shut_before_it_runs(robot: HomeRobot) -> None:
 @pytest.mark.parametrize(
     "action",
     [
-        Action("explode", "egg 1"),
         Action("put", "tomato"),
         Action("put", "tomato", destination="moon"),
-        Action("pick up", "Tomato|+00.00|+00.00|+00.00"),
-        Action("pick up", "tomato", -1),
-        Action("pick up", "tomato", 10**9),
-        Action("pick up", "tomato", float("nan")),  # pyright: ignore[reportArgumentType]
         Action("open", "tomato", destination="fridge"),
-        Action("pick up", "<|im_start|>"),
-        Action("", ""),
+        Action("pick up", "tomato", 10**9),
     ],
+    ids=str,
 )
 def test_what_is_no_action_never_reaches_the_house(action: Action) -> None:
     controller = Counting("Kitchen1")
@@ -139,6 +126,7 @@ def test_failed_action_is_taken_back_whole() -> None:
     steps = len(controller.steps)
     result = robot.step(Action("put", "tomato", destination="toaster"))
     assert not result.ok
+    assert result.observation == "the tomato does not go in or on the toaster"
     assert "PickupObject" in [step["action"] for step in controller.steps[steps:]]
     assert robot.fingerprint() == before
 
@@ -160,10 +148,6 @@ def test_robot_stops_when_the_house_is_not_as_it_was() -> None:
     robot = HomeRobot(Drifting("Kitchen1"))
     with pytest.raises(GoalscopeError, match="not as it was"):
         robot.step(Action("put", "tomato", destination="toaster"))
-    robot = HomeRobot(Drifting("Kitchen1"))
-    before = robot.fingerprint()
-    with pytest.raises(GoalscopeError, match="another state"):
-        undo(robot, [], before)
 
 
 def test_simulator_that_dies_is_told_and_the_rounds_are_kept() -> None:
@@ -175,11 +159,7 @@ def test_simulator_that_dies_is_told_and_the_rounds_are_kept() -> None:
     with pytest.raises(GoalscopeError, match="stopped answering"):
         agent.step("What else?", "put apple | where fridge")
     assert len(agent.rounds) == 1
-    again = Agent(
-        HomeRobot(HouseController("Kitchen1")),
-        WordModel(),
-        method="no-goals",
-    )
+    again = Agent(HomeRobot(HouseController("Kitchen1")), WordModel(), method="no-goals")
     again.resume(agent.rounds)
     assert again.env.status() == agent.rounds[-1].status
 
@@ -363,21 +343,3 @@ def test_nothing_is_put_unasked_into_a_vessel_without_room(robot: HomeRobot) -> 
     assert robot.step(Action("put", "apple", destination="bowl")).ok
     assert put not in robot.actions("tomato", FREE)
     assert not robot.step(put).ok
-
-
-def test_a_reset_and_a_replay_lead_back_to_the_state_before_random_plans(robot: HomeRobot) -> None:
-    draw = random.Random(3)
-    history: list[StepResult] = []
-    for _ in range(20):
-        before = robot.fingerprint()
-        plan: list[StepResult] = []
-        for _ in range(draw.randrange(1, 4)):
-            offers = robot.actions(draw.choice(robot.offers("", 99)), FREE)
-            result = robot.step(draw.choice(offers)) if offers else None
-            plan += [result] if result and result.ok else []
-        if draw.random() < 0.8:
-            undo(robot, history, before)
-            assert robot.fingerprint() == before
-        else:
-            history += plan
-    assert history

@@ -134,8 +134,9 @@ def test_the_same_seed_gives_the_same_text(backend: Any) -> None:
         return backend.generate(HISTORY, max_tokens=16, temperature=temperature, seed=seed).text
 
     assert text(0.0, 1) == text(0.0, 2)
-    assert text(1.0, 1) == text(1.0, 1)
-    assert len({text(1.0, seed) for seed in range(4)}) > 1
+    drawn = [text(1.0, seed) for seed in range(3)]
+    assert drawn[1] == text(1.0, 1)
+    assert len({*drawn}) > 1
 
 
 def test_a_stop_string_ends_the_text(backend: Any) -> None:
@@ -221,9 +222,6 @@ def test_a_choice_is_one_of_its_options(backend: Any) -> None:
 def test_the_self_test_passes(scorer: TokenScorer) -> None:
     assert scorer.self_test().passed
     assert scorer.name in scorer.describe()
-
-
-def test_a_fingerprint_stays(scorer: TokenScorer) -> None:
     assert scorer.fingerprint == scorer.fingerprint != ""
 
 
@@ -233,9 +231,9 @@ def test_threads_share_a_model(backend: Any) -> None:
         assert backend.generate(HISTORY, max_tokens=4).completion_tokens
         return told, backend.count_tokens(CONTEXTS[number])
 
-    alone = [worked(number) for number in range(4)]
+    alone = [worked(number) for number in (1, 2)]
     with ThreadPoolExecutor(4) as threads:
-        together = [*threads.map(worked, [*range(4)] * 3)]
+        together = [*threads.map(worked, [1, 2] * 3)]
     for (told, tokens), (expected, count) in zip(together, alone * 3, strict=True):
         np.testing.assert_allclose(told, expected, atol=TOLERANCE)
         assert tokens == count

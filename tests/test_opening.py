@@ -70,11 +70,6 @@ def test_nothing_names_the_embedded_model_and_one_for_both_is_one(
     model.close()
 
 
-def test_a_server_of_no_address_is_refused() -> None:
-    with pytest.raises(InvalidInputError, match="not the address"):
-        open_model(generator="http://")
-
-
 def test_an_adapter_is_named_to_its_server_and_not_here(tmp_path: Path) -> None:
     for names in ({"model": "http://host/v1#base"}, {"scorer": "https://host/v1"}):
         with pytest.raises(InvalidInputError, match=r"--lora-modules.*://host/v1#NAME\."):

@@ -18,7 +18,6 @@ from goalscope.models.packing import batches, pack
 from goalscope.models.scoring import Pair
 from goalscope.models.transformers import Transformers
 from goalscope.models.trie import Trie
-from goalscope.models.tune import requantize
 from goalscope.types import Message, ModelError
 
 torch = pytest.importorskip("torch")
@@ -180,7 +179,7 @@ def test_what_a_call_shares_with_recent_ones_is_not_computed_again(llama: Transf
     assert llama.tokens_decoded - start <= sum(len(p.answer) + 3 for p in pairs)
 
 
-@pytest.mark.parametrize(("batch", "width"), [(8, 4), (16, 16), (64, 16), (512, 512)])
+@pytest.mark.parametrize(("batch", "width"), [(8, 4), (64, 16), (512, 512)])
 @pytest.mark.parametrize("cache_bytes", [0, 40_000, 1 << 30])
 def test_neither_batches_nor_the_caches_size_change_the_result(
     llama: Transformers, batch: int, width: int, cache_bytes: int
@@ -281,11 +280,9 @@ def test_the_fingerprint_tells_weights_and_types_apart(llama: Transformers, tmp_
     assert Transformers(turned, device="cpu").fingerprint != llama.fingerprint
 
 
-def test_the_embedded_engine_gives_the_same_log_probabilities(tmp_path: Path) -> None:
-    exact = tmp_path / "exact.gguf"
-    requantize(embedded_path(), exact, "F32")
+def test_the_embedded_engine_gives_the_same_log_probabilities(exact_gguf: Path) -> None:
     ours = Transformers(embedded_path(), device="cpu", dtype="float32")
-    theirs = LlamaCpp(exact)
+    theirs = LlamaCpp(exact_gguf)
     chats = [
         [Message("system", f"You want {goal}."), Message("user", "What do you need?")]
         for goal in ("milk", "eggs and flour", "a vegan dinner")
@@ -294,10 +291,7 @@ def test_the_embedded_engine_gives_the_same_log_probabilities(tmp_path: Path) ->
     found = ours.token_logprobs(chats, words, end_of_turn=True)
     assert_equal(found, theirs.token_logprobs(chats, words, end_of_turn=True))
     theirs.close()
-    assert ours.self_test().passed
     assert "135M" in ours.describe()
-    text = ours.generate(chats[0], max_tokens=12, schema={"enum": ["milk", "tea"]}).text
-    assert json.loads(text) in {"milk", "tea"}
     ours.network.model.to(torch.bfloat16)
     ours.clear_cache()
     rounded = ours.token_logprobs(chats, words, end_of_turn=True)

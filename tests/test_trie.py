@@ -16,42 +16,21 @@ def built(paths: list[list[int]]) -> tuple[Trie, list[int]]:
 
 
 @given(PATHS)
-def test_every_path_reads_back(paths: list[list[int]]) -> None:
+def test_every_path_reads_back_and_every_distinct_prefix_is_one_node(
+    paths: list[list[int]],
+) -> None:
     trie, numbers = built(paths)
     for path, number in zip(paths, numbers, strict=True):
         nodes = trie.paths[number]
+        assert nodes == sorted(nodes)
         assert [trie.tokens[node] for node in nodes] == path
         assert [trie.depths[node] for node in nodes] == list(range(len(path)))
-
-
-@given(PATHS)
-def test_one_node_for_each_distinct_prefix(paths: list[list[int]]) -> None:
-    trie, _ = built(paths)
-    prefixes = {tuple(path[:end]) for path in paths for end in range(1, len(path) + 1)}
-    assert len(trie) == len(prefixes)
-
-
-@given(PATHS)
-def test_one_number_for_each_distinct_path(paths: list[list[int]]) -> None:
-    trie, numbers = built(paths)
+        assert [trie.parents[node] for node in nodes] == [-1, *nodes[:-1]]
+    assert len(trie) == len({tuple(p[:end]) for p in paths for end in range(1, len(p) + 1)})
     assert len(trie.paths) == len({tuple(path) for path in paths})
-    again = [trie.add(path) for path in paths]
-    assert again == numbers
-
-
-@given(PATHS)
-def test_a_node_lists_the_paths_through_it(paths: list[list[int]]) -> None:
-    trie, _ = built(paths)
+    assert [trie.add(path) for path in paths] == numbers
     for node, through in enumerate(trie.through):
         assert through == [n for n, nodes in enumerate(trie.paths) if node in nodes]
-
-
-@given(PATHS)
-def test_parents_come_before_children(paths: list[list[int]]) -> None:
-    trie, _ = built(paths)
-    assert all(nodes == sorted(nodes) for nodes in trie.paths)
-    for nodes in trie.paths:
-        assert [trie.parents[node] for node in nodes] == [-1, *nodes[:-1]]
 
 
 @given(PATHS, st.lists(st.integers(0, 2), max_size=8))

@@ -9,16 +9,14 @@ from typing import Any
 import pytest
 
 from goalscope.envs import Environment
-from goalscope.envs.grocery import Catalogue, GroceryShop
-from goalscope.envs.grocery.search import Search
+from goalscope.envs.grocery import GroceryShop
 from goalscope.envs.house import HomeRobot, HouseController
 from goalscope.envs.house.actions import NAMES
 from goalscope.policy import attempted
 from goalscope.types import Action
 from hostile import ORDERS
+from shops import SMALL, SMALL_SEARCH
 
-CATALOGUE = Catalogue(Catalogue.load().items[::40])
-SEARCH = Search(CATALOGUE)
 INVENTED = (
     "", "buy", "Buy Basket", "buy_basket", "purchase", "checkout", "pay", "add", "add items",
     "ADD ITEM", "add item ", "remove", "empty basket", "set price", "eval", "__class__", "explode",
@@ -53,7 +51,7 @@ class Stocked(GroceryShop):
 
     def reset(self) -> None:
         super().reset()
-        for item in CATALOGUE.items[:3]:
+        for item in SMALL.items[:3]:
             self.step(Action("add item", item.name, 2))
 
 
@@ -99,9 +97,9 @@ def test_acts_that_are_invented_never_reach_the_state(
     controller = Watched("Kitchen1")
     env: Environment
     if domain == "shop":
-        env = Stocked(CATALOGUE, search=SEARCH)
+        env = Stocked(SMALL, search=SMALL_SEARCH)
         env.reset()
-        names = [each.name for each in CATALOGUE.items]
+        names = [each.name for each in SMALL.items]
         acts = invented(rng, count, ("add item", "remove item", "buy basket"), names)
     else:
         env = robot = HomeRobot(controller)
@@ -126,8 +124,8 @@ def test_acts_that_are_invented_never_reach_the_state(
 
 def test_what_is_left_of_such_acts_once_they_are_mended_is_done() -> None:
     """Else the test above could not fail."""
-    item = CATALOGUE.items[0].name
-    env = GroceryShop(CATALOGUE, search=SEARCH)
+    item = SMALL.items[0].name
+    env = GroceryShop(SMALL, search=SMALL_SEARCH)
     assert all(env.step(Action(name, item)).ok for name in ("add item", "remove item", "add item"))
     assert env.step(Action("buy basket")).ok
     robot = HomeRobot(HouseController("Kitchen1"))

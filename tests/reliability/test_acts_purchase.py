@@ -12,8 +12,7 @@ import pytest
 
 from goalscope.agent import Agent, Method
 from goalscope.domains import Settings
-from goalscope.envs.grocery import Catalogue, GroceryShop
-from goalscope.envs.grocery.search import Search
+from goalscope.envs.grocery import GroceryShop
 from goalscope.guards import CONFIRM
 from goalscope.modules import modules_of
 from goalscope.standing import Standing
@@ -21,11 +20,9 @@ from goalscope.store import Store
 from goalscope.tracking import Trackers
 from goalscope.types import Action, GoalscopeError, Turn
 from hostile import ORDERS, Hostile
+from shops import SMALL, SMALL_SEARCH
 from sites import site
 
-ALL = Catalogue.load()
-SMALL = Catalogue(ALL.items[::40])
-SEARCH = Search(SMALL)
 METHODS: tuple[Method, ...] = ("good", "no-goals", "no-inference")
 
 SAID = (
@@ -52,7 +49,7 @@ class Stocked(GroceryShop):
     """A shop in whose basket there is always something to buy, and which offers the purchase."""
 
     def __init__(self, number: int) -> None:
-        super().__init__(SMALL, search=SEARCH)
+        super().__init__(SMALL, search=SMALL_SEARCH)
         self.first = Action("add item", SMALL.items[number % len(SMALL)].name)
         self.reset()
 

@@ -10,14 +10,12 @@ import pytest
 from fakes import Plans, WordModel, plans
 from goalscope.agent import Agent
 from goalscope.envs import Environment
-from goalscope.envs.grocery import Catalogue, GroceryShop
-from goalscope.envs.grocery.search import Search
+from goalscope.envs.grocery import GroceryShop
 from goalscope.envs.house import HomeRobot, HouseController
 from goalscope.standing import Standing
 from goalscope.types import Action
+from shops import SMALL, SMALL_SEARCH
 
-CATALOGUE = Catalogue(Catalogue.load().items[::40])
-SEARCH = Search(CATALOGUE)
 SCENES = ("Kitchen1", "LivingRoom1", "Bedroom1", "Bathroom1")
 COUNTS = [60, pytest.param(600, marks=pytest.mark.slow)]
 
@@ -37,13 +35,13 @@ def test_baskets_come_back(count: int, record_property: Callable[[str, object], 
     rng = random.Random(8)
     undone = 0
     while undone < count:
-        shop = GroceryShop(CATALOGUE, search=SEARCH)
+        shop = GroceryShop(SMALL, search=SMALL_SEARCH)
         agent = Agent(shop, WordModel(), method="no-goals")
 
         def draw(shop: GroceryShop = shop) -> list[Action]:
             held = [Action("remove item", name) for name in shop.basket]
             added = [
-                Action("add item", rng.choice(CATALOGUE.items).name, rng.randint(1, 3))
+                Action("add item", rng.choice(SMALL.items).name, rng.randint(1, 3))
                 for _ in range(rng.randint(1, 4))
             ]
             return [*added, *held[: rng.randint(0, 1)]]

@@ -16,16 +16,14 @@ from goalscope.calibrating import fit_calibration
 from goalscope.envs import Environment
 from goalscope.envs.grocery import Catalogue, GroceryShop
 from goalscope.envs.grocery.catalogue import Item
-from goalscope.envs.grocery.search import Search
 from goalscope.envs.house import HomeRobot, HouseController
 from goalscope.executor import Execution
 from goalscope.orders import Order, Reading
 from goalscope.policy import Outcome
 from goalscope.types import UNSPECIFIED, Goal
+from shops import SMALL, SMALL_SEARCH
 from test_calibrating import believed, some
 
-CATALOGUE = Catalogue(Catalogue.load().items[::40])
-SEARCH = Search(CATALOGUE)
 WANTED = (
     "bake a cake", "wash the car", "cook tomato soup", "buy the basket", "have a party",
     "keep the kitchen tidy", "break everything", "drink coffee", "feed the cat", "sleep",
@@ -70,7 +68,7 @@ def test_while_unspecified_leads_nothing_lasting_is_done_and_each_guess_is_told(
     count: int, record_property: Callable[[str, object], None]
 ) -> None:
     rng = np.random.default_rng(3)
-    shop, robot = GroceryShop(CATALOGUE, search=SEARCH), HomeRobot(HouseController("Bathroom1"))
+    shop, robot = GroceryShop(SMALL, search=SMALL_SEARCH), HomeRobot(HouseController("Bathroom1"))
     places: Sequence[tuple[Environment, Moody]] = (
         (shop, Moody({NEEDS: f"needed: {NEEDED['shop']}"})),
         (robot, Moody({NEEDS: f"needed: {NEEDED['house']}"})),

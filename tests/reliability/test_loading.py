@@ -263,6 +263,7 @@ def test_a_hostile_adapter_is_refused(
 
 
 SECRET = "sk-verysecret-0123456789"
+MAIN = "from goalscope.cli.main import main; main()"
 FORGE = """
 import logging
 from goalscope.cli import main as cli
@@ -292,8 +293,7 @@ def test_no_text_forges_a_line_of_the_log() -> None:
 
 def test_an_error_is_one_line_at_the_terminal(tmp_path: Path) -> None:
     for name in ("x\ny\r\x1b[2J", "\u202ex.toml"):
-        start = [sys.executable, "-c", "from goalscope.cli.main import main; main()"]
-        command = [*start, "replay", name, "--store", str(tmp_path / "e")]
+        command = [sys.executable, "-c", MAIN, "replay", name, "--store", str(tmp_path / "e")]
         done = subprocess.run(command, env=environment(), capture_output=True, check=False)
         told = done.stderr.decode()
         assert done.returncode == 2
@@ -338,15 +338,7 @@ def test_a_key_and_a_password_are_told_nowhere(tmp_path: Path, record_property: 
         env = environment(
             GOALSCOPE_API_KEY=SECRET, GOALSCOPE_PATIENCE="2", XDG_DATA_HOME=str(tmp_path)
         )
-        run = [
-            sys.executable,
-            "-X",
-            "dev",
-            "-W",
-            "ignore",
-            "-c",
-            "from goalscope.cli.main import main; main()",
-        ]
+        run = [sys.executable, "-X", "dev", "-W", "ignore", "-c", MAIN]
         started = [
             subprocess.Popen(
                 [*run, *each], env=env, stdout=-1, stderr=subprocess.STDOUT, cwd=tmp_path
