@@ -6,7 +6,7 @@ import traceback
 from collections.abc import Callable, Sequence
 from difflib import get_close_matches
 from pathlib import Path
-from typing import TypeVar, cast
+from typing import Any, cast
 
 from goalscope.envs import (
     SEARCH,
@@ -18,7 +18,7 @@ from goalscope.envs import (
     occasions_like,
     resolution_of,
 )
-from goalscope.orders import Order, Reading, orders_from_text, orders_to_text
+from goalscope.orders import Order, Reading, Verb, orders_from_text, orders_to_text
 from goalscope.picking import Picker
 from goalscope.reader import check_verbs
 from goalscope.standing import LIMITS, Standing, acting, fold
@@ -26,11 +26,10 @@ from goalscope.types import Action, GoalscopeError, InvalidInputError, Profile, 
 
 __all__ = ["check_env"]
 
-T = TypeVar("T")
-
 NOWHERE = "no such thing"
 """What no domain has."""
 
+_NAMING = tuple(act for act in LIMITS if act != "budget")
 _THINGS = 3  # things that orders are tried with
 _CHECKED = 12  # things of the profiles' checks that they are tried with, too
 _TIMES = 8  # repetitions of an action that seems to change nothing
@@ -73,37 +72,50 @@ class _Trial:
         self.left = most
         self.shared = _shared(env)
         self.pick = Picker()
-        self.verbs = {verb.name: verb for verb in env.verbs} if _is_list(env.verbs) else {}
+        self.verbs = {verb.name: verb for verb in env.verbs} if _is_list(env.verbs, Verb) else {}
         self.names: list[str] = []
         self.checked: list[str] = []
-        _call("reset", env.reset)
+        self.call("reset")
         self.start = self.fingerprint()
+
+    def call(self, member: str, *given: Any, by: Callable[..., Any] | None = None) -> Any:
+        """Call a member, or what calls it; an error of its own is a broken law."""
+        try:
+            return by(self.env, *given) if by else getattr(self.env, member)(*given)
+        except GoalscopeError:
+            raise
+        except Exception as error:
+            last = traceback.extract_tb(error.__traceback__)[-1]
+            where = f"{Path(last.filename).name}, line {last.lineno}"
+            told = f"{type(error).__name__}: {error}"
+            raise _broken(f"`{member}` fails ({where}: {told})") from error
 
     def reset(self) -> None:
         """Go back to the start, and see that it is the start."""
-        _call("reset", self.env.reset)
+        self.call("reset")
         _hold(self.fingerprint() == self.start, "`reset` must lead back to the same start")
         own = _shared(self.env) == self.shared
         _hold(own, "the state must be the instance's own, and not its class's")
 
     def status(self) -> str:
-        found = cast("object", _call("status", self.env.status))
-        if not isinstance(found, str) or not found.strip():
-            raise _broken(f"`status()` must be a text that is not empty, not {found!r}")
+        """See `Environment.status`."""
+        found = self.call("status")
+        right = isinstance(found, str) and bool(found.strip())
+        _hold(right, f"`status()` must be a text that is not empty, not {found!r}")
         return found
 
     def fingerprint(self) -> str:
+        """See `Environment.fingerprint`."""
         self.status()
-        found = cast("object", _call("fingerprint", self.env.fingerprint))
-        if not isinstance(found, str):
-            raise _broken(f"`fingerprint()` must be a text, not {found!r}")
+        found = self.call("fingerprint")
+        _hold(isinstance(found, str), f"`fingerprint()` must be a text, not {found!r}")
         return found
 
     def step(self, action: Action) -> StepResult:
         """Take one action, which keeps the laws of one action."""
         before, status = self.fingerprint(), self.status()
-        lasting = _call("lasting", lambda: self.env.lasting(action))
-        result = _call("step", lambda: execute(self.env, action))
+        lasting = self.call("lasting", action)
+        result = self.call("step", action, by=execute)
         _hold(result.action == action, f"a result must name its action: {action}")
         changed = self.fingerprint() != before
         if not result.ok:
@@ -132,9 +144,8 @@ class _Trial:
     def try_names(self) -> None:
         """Names on offer are things that there are."""
         for limit in (1, 1000):
-            found = _call("offers", lambda limit=limit: self.env.offers("", limit))
-            right = _is_list(found) and all(isinstance(cast("object", n), str) for n in found)
-            _hold(right, f"`offers` must give a list of texts, not {found!r}")
+            found = self.call("offers", "", limit)
+            _hold(_is_list(found, str), f"`offers` must give a list of texts, not {found!r}")
             _hold(len(found) <= limit, f"`offers` must give {limit} names at most, not {found!r}")
             self.names = [*found]
         for name in self.names[:_THINGS]:
@@ -155,13 +166,12 @@ class _Trial:
                 found.append(Order(verb.name, what, 2.0, for_=for_))
         return found
 
-    def resolve(self, order: Order, standing: Standing | None = None) -> Resolution:
+    def resolve(self, order: Order) -> Resolution:
         """What an order comes to; to find out changes nothing."""
         away = {verb.name for verb in self.env.verbs if verb.takes_away}
-        state = standing or fold([Reading((order,))], takes_away=away)
+        state = fold([Reading((order,))], takes_away=away)
         before = self.fingerprint()
-        said = f" for {orders_to_text([order])!r}"
-        answer = _call("resolve", lambda: self.env.resolve(order, state, self.pick), said)
+        answer = self.call("resolve", order, state, self.pick)
         found = resolution_of(self.env, "resolve", answer)
         _hold(self.fingerprint() == before, f"`resolve` must change nothing: {order}")
         return found
@@ -179,18 +189,12 @@ class _Trial:
                     _hold(not acts, f"what is not here must not be replaced: {gone} gives {acts}")
                 if "where" in self.verbs[order.do].slots:
                     self.resolve(Order(order.do, order.what, where="no such place"))
-            for act in LIMITS:
-                self._try_limit(
-                    Order("budget", quantity=1e6) if act == "budget" else Order(act, name)
-                )
+            for limit in (*(Order(act, name) for act in _NAMING), Order("budget", quantity=1e6)):
+                self._try_limit(limit)
             for asked in (Order("ask", name), Order("ask")):
-                told = cast(
-                    "object",
-                    _call("answer", lambda o=asked: self.env.answer(o, Standing(), self.pick)),
-                )
-                _hold(
-                    isinstance(told, str), f"`answer` must give a text, not {told!r}, for {asked}"
-                )
+                told = self.call("answer", asked, Standing(), self.pick)
+                right = isinstance(told, str)
+                _hold(right, f"`answer` must give a text, not {told!r}, for {asked}")
         _hold(self.fingerprint() == self.start, "to resolve and to answer must change nothing")
         for name in self.names[:_THINGS]:
             self._try_needs(name)
@@ -213,14 +217,14 @@ class _Trial:
 
     def _try_needs(self, text: str) -> None:
         """What occasions call for may be lacking, but is not misspelt."""
-        for occasion in _call("like", lambda: occasions_like(self.env, text, 8)):
+        for occasion in self.call("like", text, 8, by=occasions_like):
             for need in (*occasion.needed, *occasion.nice):
-                way = _call("serving", lambda n=need: self.env.serving(n, Standing()))
-                _hold(_is_list(way), f"`serving` must give a list of actions, not {way!r}")
-                close = [] if way or need in self.names else get_close_matches(
-                    need, self.names, 1, _TYPO
-                )  # fmt: skip
-                _hold(not close, f"an occasion needs {need!r}; did you mean {close}?")
+                way = self.call("serving", need, Standing())
+                right = _is_list(way, Action)
+                _hold(right, f"`serving` must give a list of actions, not {way!r}")
+                close = get_close_matches(str(need), self.names, 1, _TYPO)
+                known = bool(way) or not close or need in close
+                _hold(known, f"an occasion needs {need!r}; did you mean {close}?")
 
     def try_odd_actions(self) -> None:
         """What does not exist fails, says why, and changes nothing."""
@@ -235,16 +239,16 @@ class _Trial:
     def try_profiles(self, profiles: Sequence[Profile]) -> None:
         """Who does nothing scores nothing."""
         for profile in profiles:
-            met = _call("checks_met", lambda p=profile: met_checks(self.env, p))
+            met = self.call("checks_met", profile, by=met_checks)
             _hold(not any(met), f"`checks_met` counts checks of {profile.name} before any action")
-            _call("unwanted", lambda p=profile: self.env.unwanted(p))
+            self.call("unwanted", profile)
             values = [each for check in profile.checks for each in check.values()]
-            self.checked += [n for each in values if _is_list(each) for n in map(str, each)]
+            self.checked += [name for each in values if _is_list(each, str) for name in each]
 
     def guesses(self, name: str, standing: Standing | None = None) -> list[Action]:
-        found = _call("actions", lambda: self.env.actions(name, standing or Standing()))
-        right = _is_list(found) and all(isinstance(cast("object", a), Action) for a in found)
-        _hold(right, f"`actions` must give a list of actions, not {found!r}")
+        """See `Environment.actions`."""
+        found = self.call("actions", name, standing or Standing())
+        _hold(_is_list(found, Action), f"`actions` must give a list of actions, not {found!r}")
         return found
 
     def try_guesses(self) -> None:
@@ -254,7 +258,7 @@ class _Trial:
             found = self.guesses(name)
             seen |= {each.name: seen.get(each.name, False) for each in found}
             avoid = fold([Reading((Order("avoid", name),))])
-            ruled = self.guesses(name, avoid) if len(seen) and found else []
+            ruled = self.guesses(name, avoid)
             _hold(not ruled, f"`actions` must leave out what the person ruled out: {ruled}")
             for action in found:
                 if seen[action.name] or not self.left or self.env.lasting(action):
@@ -286,7 +290,9 @@ class _Trial:
         if self.left <= 0:
             return False
         self.left -= 1
+        start = before = self.status()
         done: list[StepResult] = []
+        results: list[StepResult] = []
         for order in orders:
             before, results = self.status(), self._follow(order)
             done += results
@@ -296,7 +302,6 @@ class _Trial:
         end = self.fingerprint()
         self._undo(results, before, orders[-1:])
         self.reset()
-        start = self.status()
         for result in done:
             again = self.step(result.action).ok
             _hold(again, f"an action must succeed again after a reset: {result.action}")
@@ -320,24 +325,18 @@ class _Trial:
             if not result.ok:
                 return done
             done.append(result)
-            _hold(
-                verb.ends or not result.terminated, f"{verb.name!r} terminates: give it ends=True"
-            )
+            right = verb.ends or not result.terminated
+            _hold(right, f"{verb.name!r} terminates: give it ends=True")
             if self.fingerprint() == before and action.name != SEARCH and not result.terminated:
-                self._repeat(action)
+                same = all(self.step(action).ok for _ in range(_TIMES))  # as the state is the same
+                _hold(same, f"`fingerprint()` must show what an action changes: {action}")
         ended = not found.actions or not verb.ends or done[-1].terminated
         _hold(ended, f"{verb.name!r} ends the task, but no result says terminated=True: {order}")
         return done
 
-    def _repeat(self, action: Action) -> None:
-        """What seems to change nothing must have the same result when it is done again."""
-        for _ in range(_TIMES):
-            again = self.step(action).ok
-            _hold(again, f"`fingerprint()` must show what an action changes: {action}")
-
     def _undo(self, results: Sequence[StepResult], before: str, orders: Sequence[Order]) -> None:
         """Undo results; the state is back, or it is said what is not."""
-        found = _call("undo", lambda: self.env.undo(results, Standing()))
+        found = self.call("undo", results, Standing())
         if found is None:
             return
         said = orders_to_text(orders).replace("\n", "; ")
@@ -347,31 +346,16 @@ class _Trial:
         _hold(told, f"`undo` must bring the state back, or say what it cannot: {said!r}")
 
 
-def _call(member: str, call: Callable[[], T], given: str = "") -> T:
-    """Call a member of the environment; an error of its own is a broken law."""
-    try:
-        return call()
-    except GoalscopeError:
-        raise
-    except Exception as error:
-        last = traceback.extract_tb(error.__traceback__)[-1]
-        where = f"{Path(last.filename).name}, line {last.lineno}"
-        raise _broken(
-            f"`{member}` fails{given} ({where}: {type(error).__name__}: {error})"
-        ) from error
-
-
-def _is_list(found: object) -> bool:
-    return isinstance(found, list | tuple)
+def _is_list(found: Any, kind: type) -> bool:
+    return isinstance(found, list | tuple) and all(
+        isinstance(each, kind) for each in cast("Sequence[object]", found)
+    )
 
 
 def _shared(env: Environment) -> dict[str, str]:
     """The plain values that the environment's class holds."""
-    return {
-        name: repr(value)
-        for name, value in vars(type(env)).items()
-        if isinstance(value, str | int | float | list | dict | set | tuple)
-    }
+    kinds = (str, int, float, list, dict, set, tuple)
+    return {name: repr(each) for name, each in vars(type(env)).items() if type(each) in kinds}
 
 
 def _hold(law: bool, text: str) -> None:
