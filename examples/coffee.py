@@ -24,7 +24,7 @@ VERBS = (
     Verb("add", "order a drink, or what is to be in it", ("what", "quantity")),
     Verb("remove", "leave out a drink, or what is in it", ("what", "quantity"), takes_away=True),
     Verb("swap", "take one thing for another", ("what", "quantity", "for")),
-    Verb("finish", "that is all", ()),
+    Verb("finish", "that is all", (), ends=True),
 )
 EXAMPLES = (
     Example("Hi, a decaf latte with oat milk for Ann, please", "add decaf latte with oat milk"),

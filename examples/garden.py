@@ -19,7 +19,7 @@ VERBS = (
     Verb("add", "plant or build a thing"),
     Verb("remove", "take out, or fell a tree", takes_away=True),
     Verb("swap", "take one thing out for another", ("what", "for")),
-    Verb("finish", "the garden is done", ()),
+    Verb("finish", "the garden is done", (), ends=True),
 )
 EXAMPLES = (Example("We'd love our own food. A pond too, no roses.", "aim\nadd pond\navoid roses"),)
 LIFE = (

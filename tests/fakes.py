@@ -125,7 +125,7 @@ class LampRoom(Environment):
         Verb("switch on", "let there be light"),
         Verb("switch off", "let there be none", takes_away=True),
         Verb("smash", "break it", irreversible=True),
-        Verb("finish", "that is all", ()),
+        Verb("finish", "that is all", (), ends=True),
     )
 
     def __init__(self, offers: Sequence[str] = ("lamp",)) -> None:

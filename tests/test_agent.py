@@ -360,7 +360,8 @@ def test_what_was_understood_is_told_before_the_agent_acts() -> None:
 
 def test_a_scripted_person_confirms_and_does_not_end_before_all_is_said() -> None:
     class Final(LampRoom):
-        verbs = (*LampRoom.verbs[:-1], Verb("finish", "that is all", (), irreversible=True))
+        last = Verb("finish", "that is all", (), irreversible=True, ends=True)
+        verbs = (*LampRoom.verbs[:-1], last)
 
     env = Final(["lamp", "vase"])
     profile = Profile("late", "likes light", ("finish", "smash vase", "switch on lamp"))

@@ -19,13 +19,16 @@ def lines(text: str) -> list[str]:
 
 
 def test_the_page_shows_the_whole_example_in_its_order() -> None:
-    *shown, _ = blocks("python")
+    *shown, _, _ = blocks("python")
     assert lines("".join(shown)) == lines(GARDEN)
     assert f"in {len(lines(GARDEN))} lines" in PAGE
     (people,) = blocks("toml")
     assert lines(people) == lines((ROOT / "examples" / "garden.toml").read_text(encoding="utf-8"))
 
 
-def test_the_rest_of_its_code_runs(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_the_rest_of_its_code_prints_what_the_page_shows(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
     monkeypatch.chdir(ROOT)
-    exec(compile(blocks("python")[-1], "docs/domain.md", "exec"), {})
+    exec(compile("".join(blocks("python")[-2:]), "docs/domain.md", "exec"), {})
+    assert capsys.readouterr().out == "".join(blocks("text"))

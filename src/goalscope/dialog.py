@@ -141,7 +141,7 @@ def consents(query: str, env: Environment, *, done: bool) -> str:
     """
     if not query.endswith(CONFIRM):
         return ""
-    ends = any(f'"{verb.name}"' in query for verb in env.verbs if not verb.slots)
+    ends = any(f'"{verb.name}"' in query for verb in env.verbs if verb.ends)
     return DECLINES if ends and not done else AGREES
 
 

@@ -19,6 +19,7 @@ from goalscope.habits import Habit
 from goalscope.likelihood import DEFAULT_LAYOUT, Layout, RolePlay
 from goalscope.models import Model
 from goalscope.modules import Module, Modules, modules_of
+from goalscope.reader import check_verbs
 from goalscope.types import TRACKING, InvalidInputError, Profile
 
 if TYPE_CHECKING:
@@ -28,6 +29,7 @@ if TYPE_CHECKING:
 __all__ = [
     "Domain",
     "Settings",
+    "failure_in",
     "load_domain",
     "modules_for",
     "open_environment",
@@ -150,6 +152,15 @@ def _where(error: BaseException, file: Path) -> str:
     return f"{f', line {lines[-1]}' if lines else ''}: {type(error).__name__}: {error}"
 
 
+def failure_in(error: BaseException) -> str:
+    """The line of a user's domain that an error passed through, and why; "" if it passed none."""
+    for name in _OWN:
+        for frame in traceback.extract_tb(error.__traceback__):
+            if frame.filename == name:
+                return f"{name}{_where(error, Path(name))}. Correct `{frame.name}` in that file."
+    return ""
+
+
 _OWN: dict[str, Any] = {}
 
 
@@ -177,6 +188,10 @@ def open_environment(settings: Settings, profile: Profile | None = None) -> Envi
                 f"{settings.domain}: `{name}` is missing in {type(found).__name__}. Add it; "
                 "docs/domain.md says what it must do."
             )
+        try:
+            check_verbs(found.verbs, found.examples)
+        except InvalidInputError as error:
+            raise InvalidInputError(f"{settings.domain}: {error}") from None
         return found
     if settings.domain == "grocery":
         from goalscope.envs.grocery import GroceryShop

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 
-from goalscope.envs import Environment, Pick, execute
+from goalscope.envs import Environment, Pick, execute, resolution_of
 from goalscope.episode import Round, retracted, standing_after
 from goalscope.guards import (
     CONFIRM,
@@ -169,7 +169,8 @@ class Executor:
                 done.hold(order, reason, grave=True)
                 return
         binding = done.standing.beside(order, done.reading.orders)
-        found = self._env.resolve(order, binding, self._pick)
+        answer = self._env.resolve(order, binding, self._pick)
+        found = resolution_of(self._env, "resolve", answer)
         done.notes += [found.why] if found.why else []
         lasting = order.do in self._irreversible or any(map(self._env.lasting, found.actions))
         if new and found.actions and (reason or lasting):
@@ -244,10 +245,11 @@ class Executor:
         left = self.standing(rounds, retracts=[each.number for each in last])
         back: list[Round] = []
         for each in reversed(last):
-            found = self._env.undo(each.results[each.reversals :], left)
-            if found is None:
+            answer = self._env.undo(each.results[each.reversals :], left)
+            if answer is None:
                 done.notes.append(NOT_HERE)
                 return
+            found = resolution_of(self._env, "undo", answer)
             done.notes += [found.why] if found.why else []
             failed = len(done.failed)
             for action in found.actions:

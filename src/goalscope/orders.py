@@ -47,8 +47,9 @@ class Verb:
         name: Such as "add" or "turn on".
         doc: What it does, in one line, for the prompt.
         slots: Those of `SLOTS` that it takes besides `if`.
-        irreversible: Whether it cannot be undone.
+        irreversible: Whether no use of it can be undone.
         takes_away: Whether it removes the thing: no limit forbids that, and it lifts none.
+        ends: Whether it ends the task.
     """
 
     name: str
@@ -56,6 +57,7 @@ class Verb:
     slots: tuple[str, ...] = ("what",)
     irreversible: bool = False
     takes_away: bool = False
+    ends: bool = False
 
 
 DIALOGUE_ACTS: tuple[Verb, ...] = (

@@ -11,7 +11,7 @@ from typing import Protocol
 import numpy as np
 import numpy.typing as npt
 
-from goalscope.envs import Environment, execute
+from goalscope.envs import Environment, execute, occasions_like
 from goalscope.occasions import Occasion
 from goalscope.prompts import recent
 from goalscope.standing import Standing
@@ -159,7 +159,7 @@ class NeedPlanner:
         weights = np.array([*aims.values()]) / sum(aims.values())
         served = _Served(env, standing)
         known = [
-            called_for(env.like(f"{said} {aim}".strip(), _LIKE), served, served.kind)
+            called_for(occasions_like(env, f"{said} {aim}".strip(), _LIKE), served, served.kind)
             for aim in aims
         ]
         worth = [{way: share - env.agreed for way, share in each.items()} for each in known]

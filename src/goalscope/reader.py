@@ -13,7 +13,7 @@ import json
 import re
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any, Literal
+from typing import Any, Literal, cast
 from unicodedata import category
 
 from goalscope.models import Generator
@@ -296,12 +296,18 @@ def _literal(text: str) -> str:
     return f'"{escaped}"'
 
 
-def check_verbs(verbs: Sequence[Verb]) -> None:
-    """Check that a reader can use these verbs.
+def check_verbs(verbs: Sequence[Verb], examples: Sequence[Example] = ()) -> None:
+    """Check that a reader can use these verbs, and examples of orders by them.
 
     Raises:
-        InvalidInputError: There are none, two of the same name, or an unknown slot.
+        InvalidInputError: There are none, something else, two of the same name, or an unknown slot;
+            or an example does not parse.
     """
+    if isinstance(verbs, Verb):
+        raise InvalidInputError(
+            f"`verbs` must be a tuple of Verbs, not the one Verb {verbs.name!r}. Write "
+            "verbs = (Verb(...),), with the comma."
+        )
     if not verbs:
         raise InvalidInputError(
             "The environment declares no verbs, so that nothing can be asked of it. Give `verbs`, "
@@ -309,6 +315,13 @@ def check_verbs(verbs: Sequence[Verb]) -> None:
         )
     taken = {act.name for act in DIALOGUE_ACTS}
     for verb in verbs:
+        if not isinstance(cast("object", verb), Verb):
+            raise InvalidInputError(f"`verbs` must be a tuple of Verbs; {verb!r} is none.")
+        if isinstance(cast("object", verb.slots), str):
+            raise InvalidInputError(
+                f"The slots of the verb {verb.name!r} must be a tuple, not the text "
+                f"{verb.slots!r}. Write ({verb.slots!r},), with the comma."
+            )
         if verb.name in taken:
             raise InvalidInputError(
                 f"There is a verb or dialogue act {verb.name!r} already. Choose another name."
@@ -324,3 +337,13 @@ def check_verbs(verbs: Sequence[Verb]) -> None:
                     f"The verb {verb.name!r} has a slot {slot!r}. The slots are: "
                     f"{', '.join(SLOTS)}."
                 )
+    for example in examples:
+        if not isinstance(cast("object", example), Example):
+            raise InvalidInputError(f"`examples` must be a tuple of Examples; {example!r} is none.")
+        try:
+            orders_from_text(example.orders, verbs)
+        except InvalidInputError as error:
+            raise InvalidInputError(
+                f"The orders of the example {example.message!r} cannot be read. {error} "
+                "docs/reading.md shows their form."
+            ) from None

@@ -21,7 +21,7 @@ from goalscope.domains import (
     roleplay_of,
     settings_of,
 )
-from goalscope.envs import Environment
+from goalscope.envs import Environment, met_checks
 from goalscope.episode import Round
 from goalscope.habits import habitual
 from goalscope.models import Model, OnText, model_name
@@ -239,7 +239,7 @@ class Session:
 
     def checks_met(self) -> list[bool]:
         """Which of the profile's checks the present state meets; none without a profile."""
-        return self._env.checks_met(self.profile) if self.profile else []
+        return met_checks(self._env, self.profile) if self.profile else []
 
     def unwanted(self) -> list[str] | None:
         """What neither the profile's checks nor its `welcome` list names; None without a list."""

@@ -35,6 +35,12 @@ def _interrupted(error: BaseException | None) -> bool:
     return error is not None
 
 
+def _print_error(text: str) -> None:
+    from goalscope.safe_text import terminal_safe
+
+    typer.echo(terminal_safe("Error: " + " ".join(text.split())).plain, err=True)
+
+
 class _Commands(TyperGroup):
     """Prints an error as one line; the exit code is 2 for invalid input, else 1."""
 
@@ -42,15 +48,18 @@ class _Commands(TyperGroup):
         try:
             return super().invoke(ctx)
         except GoalscopeError as error:
-            from goalscope.safe_text import terminal_safe
-
-            typer.echo(terminal_safe("Error: " + " ".join(str(error).split())).plain, err=True)
+            _print_error(str(error))
             raise typer.Exit(2 if isinstance(error, InvalidInputError) else 1) from None
         except (typer.Exit, typer.Abort):
             raise
         except (Exception, KeyboardInterrupt) as error:
             if _interrupted(error):
                 raise typer.Exit(130) from None
+            from goalscope.domains import failure_in
+
+            if told := failure_in(error):
+                _print_error(told)
+                raise typer.Exit(1) from None
             raise
 
     def resolve_command(self, ctx: Any, args: list[str]) -> Any:

@@ -12,7 +12,8 @@ from goalscope.standing import Standing
 from goalscope.types import Action, GoalscopeError, Profile, StepResult
 
 __all__ = ["GUESSED", "REQUIRED", "SEARCH"]
-__all__ += ["Environment", "Pick", "Resolution", "execute", "missing"]
+__all__ += ["Environment", "Pick", "Resolution"]
+__all__ += ["execute", "met_checks", "missing", "occasions_like", "resolution_of"]
 
 GUESSED = "Guessed, not asked for: "
 """How a note begins that tells what was guessed."""
@@ -87,7 +88,7 @@ class Environment:
         """What an order comes to: actions, or one sentence that says why not.
 
         The order is by a verb of the domain, or a limit ("avoid", "only", "budget", "leave"), for
-        which the actions undo what violates it.
+        which the actions undo what violates it; `Resolution()` where nothing does.
 
         Args:
             order: What was asked for.
@@ -97,7 +98,10 @@ class Environment:
         raise NotImplementedError
 
     def lasting(self, action: Action) -> bool:
-        """Whether nobody could undo the action; by default, where its verb says so."""
+        """Whether nobody could undo the action now; by default, where the verb of its name says so.
+
+        The agent asks before such an action, and never guesses one.
+        """
         return any(verb.irreversible and verb.name == action.name for verb in self.verbs)
 
     def offers(self, text: str, limit: int) -> list[str]:
@@ -189,3 +193,60 @@ def execute(env: Environment, action: Action) -> StepResult:
             f"not {result!r}, for {action}."
         )
     return result
+
+
+def resolution_of(env: Environment, member: str, found: object) -> Resolution:
+    """What `resolve` or `undo` gave, if it is a resolution.
+
+    Raises:
+        GoalscopeError: It is something else.
+    """
+    if not isinstance(found, Resolution):
+        raise _wrong(env, member, "a Resolution(actions, why)", found)
+    if not isinstance(cast("object", found.why), str):
+        raise _wrong(env, member, "a Resolution whose `why` is a text", found)
+    if not _is_list(found.actions, Action):
+        raise _wrong(env, member, "a Resolution with a tuple of actions, as in (action,)", found)
+    for each in found.actions:
+        texts = (each.name, each.target, each.destination)
+        if type(each.quantity) is not int or not _is_list(texts, str):
+            raise _wrong(env, member, "actions of texts, with an int as the quantity", each)
+    return found
+
+
+def occasions_like(env: Environment, text: str, most: int) -> list[Occasion]:
+    """The occasions that `env.like` finds.
+
+    Raises:
+        GoalscopeError: It gives something else.
+    """
+    found = env.like(text, most)
+    if not _is_list(found, Occasion):
+        raise _wrong(env, "like", "a list of Occasions (see goalscope.occasions)", found)
+    return [*found]
+
+
+def met_checks(env: Environment, profile: Profile) -> list[bool]:
+    """Which checks of a profile are met, in their order; none where the domain does not score.
+
+    Raises:
+        GoalscopeError: `env.checks_met` gives something else.
+    """
+    found = env.checks_met(profile)
+    if not _is_list(found, bool) or len(found) not in (0, len(profile.checks)):
+        wanted = f"a list of {len(profile.checks)} bools, one for each check of {profile.name}"
+        raise _wrong(env, "checks_met", wanted, found)
+    return found
+
+
+def _is_list(found: object, kind: type) -> bool:
+    """Whether it is a list or tuple of nothing but this kind."""
+    return isinstance(found, list | tuple) and all(
+        isinstance(each, kind) for each in cast("Sequence[object]", found)
+    )
+
+
+def _wrong(env: Environment, member: str, wanted: str, found: object) -> GoalscopeError:
+    return GoalscopeError(
+        f"`{member}` of {type(env).__name__} must return {wanted}, not {found!r}."
+    )

@@ -2,27 +2,50 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from typing import cast
+import traceback
+from collections.abc import Callable, Sequence
+from difflib import get_close_matches
+from pathlib import Path
+from typing import Any, cast
 
-from goalscope.envs import Environment, Resolution, execute, missing
-from goalscope.orders import DIALOGUE_ACTS, Order, Reading
+from goalscope.envs import (
+    SEARCH,
+    Environment,
+    Resolution,
+    execute,
+    met_checks,
+    missing,
+    occasions_like,
+    resolution_of,
+)
+from goalscope.orders import Order, Reading, Verb, orders_from_text, orders_to_text
 from goalscope.picking import Picker
 from goalscope.reader import check_verbs
-from goalscope.standing import Standing, fold
-from goalscope.types import Action, GoalscopeError, InvalidInputError, StepResult
+from goalscope.standing import LIMITS, Standing, acting, fold
+from goalscope.types import Action, GoalscopeError, InvalidInputError, Profile, StepResult
 
 __all__ = ["check_env"]
 
+NOWHERE = "no such thing"
+"""What no domain has."""
 
-def check_env(env: Environment, *, most: int = 40) -> None:
-    """Try an environment: orders, failures that change nothing, replays to one state.
+_NAMING = tuple(act for act in LIMITS if act != "budget")
+_THINGS = 3  # things that orders are tried with
+_CHECKED = 12  # things of the profiles' checks that they are tried with, too
+_TIMES = 8  # repetitions of an action that seems to change nothing
+_TYPO = 0.85  # similarity (difflib) from which on a need is taken for a misspelt name
 
-    The environment is reset before and after.
+
+def check_env(env: Environment, profiles: Sequence[Profile] = (), *, most: int = 80) -> None:
+    """Try an environment: orders alone and in pairs, guesses, undo, replays, and the score.
+
+    Nothing is proved: the orders are those of the examples, and each verb with a few of the things
+    that `offers` names. The environment is reset before and after.
 
     Args:
         env: To be tried.
-        most: Actions to try.
+        profiles: Its simulated people, for `checks_met`.
+        most: Most orders and guesses to execute.
 
     Raises:
         GoalscopeError: A law is broken; the message says which, and by what.
@@ -30,119 +53,309 @@ def check_env(env: Environment, *, most: int = 40) -> None:
     _hold(isinstance(cast("object", env), Environment), "it must inherit from `Environment`")
     for name in missing(env):
         raise _broken(f"`{name}` is missing")
-    env.reset()
-    start = env.fingerprint()
-    for name in ("task", "completion_phrase"):
-        _hold(bool(getattr(env, name).strip()), f"`{name}` must be a text that is not empty")
-    _hold(bool(str(env.status() or "").strip()), "`status()` must be a text that is not empty")
-    _hold(type(start) is str, f"`fingerprint()` must be a text, not {start!r}")
-    try:
-        check_verbs(env.verbs)
-    except InvalidInputError as error:
-        raise _broken(str(error)) from None
-    _try_orders(env)
-    _hold(env.fingerprint() == start, "to resolve orders and to answer must change nothing")
-    env.reset()
-    _hold(env.fingerprint() == start, "two resets must lead to the same state")
-    for odd in _odd_actions():
-        result = execute(env, odd)
-        _hold(not result.ok, f"an action that does not exist must fail: {odd!r}")
-        _hold(bool(result.observation), f"a failure must say why: {odd!r}")
-        _hold(env.fingerprint() == start, f"a failure must change nothing: {odd!r}")
-    _try_undo(env)
-    done = _try_all(env, most)
-    end = env.fingerprint()
-    env.reset()
-    for result in done:
-        again = execute(env, result.action)
-        _hold(again.ok, f"an action must succeed again after a reset: {result.action}")
-    _hold(env.fingerprint() == end, "the same actions after a reset must lead to the same state")
-    env.reset()
-    _hold(env.fingerprint() == start, "a reset must undo everything")
+    trial = _Trial(env, most)
+    trial.try_declarations()
+    trial.try_names()
+    trial.try_readings()
+    trial.try_odd_actions()
+    trial.try_profiles(profiles)
+    trial.try_guesses()
+    trial.try_orders()
+    trial.reset()
 
 
-def _try_orders(env: Environment) -> None:
-    """Resolve orders by every verb and limit, of things that are here and things that are not."""
-    pick = Picker()
-    verbs = [*env.verbs, *(act for act in DIALOGUE_ACTS if act.name in ("avoid", "only", "leave"))]
-    for thing in [*_offered(env, 2), "no such thing"]:
-        for verb in verbs:
-            order = Order(verb.name, thing if "what" in verb.slots else "", for_="no such thing")
-            standing = fold([Reading((order,))])
-            try:
-                found = env.resolve(order, standing, pick)
-                told = env.answer(Order("ask", thing), standing, pick)
-            except Exception as error:
-                told = f"{type(error).__name__}: {error}"
-                raise _broken(f"`resolve` or `answer` fails for {order} ({told})") from error
-            right = isinstance(cast("object", found), Resolution)
-            _hold(right, f"`resolve` must give a Resolution, not {found!r}, for {order}")
-            says = bool(found.actions or found.why) or verb in DIALOGUE_ACTS
-            _hold(says, f"`resolve` must give actions, or say why not, for {order}")
-            right = isinstance(cast("object", told), str)
-            _hold(right, f"`answer` must give a text, not {told!r}, for {order}")
+class _Trial:
+    """One environment under trial."""
 
+    def __init__(self, env: Environment, most: int) -> None:
+        self.env = env
+        self.left = most
+        self.shared = _shared(env)
+        self.pick = Picker()
+        self.verbs = {verb.name: verb for verb in env.verbs} if _is_list(env.verbs, Verb) else {}
+        self.names: list[str] = []
+        self.checked: list[str] = []
+        self.call("reset")
+        self.start = self.fingerprint()
 
-def _offered(env: Environment, limit: int) -> list[str]:
-    try:
-        return env.offers("", limit)
-    except Exception as error:
-        raise _broken(f"`offers` fails ({type(error).__name__}: {error})") from error
+    def call(self, member: str, *given: Any, by: Callable[..., Any] | None = None) -> Any:
+        """Call a member, or what calls it; an error of its own is a broken law."""
+        try:
+            return by(self.env, *given) if by else getattr(self.env, member)(*given)
+        except GoalscopeError:
+            raise
+        except Exception as error:
+            last = traceback.extract_tb(error.__traceback__)[-1]
+            where = f"{Path(last.filename).name}, line {last.lineno}"
+            told = f"{type(error).__name__}: {error}"
+            raise _broken(f"`{member}` fails ({where}: {told})") from error
 
+    def reset(self) -> None:
+        """Go back to the start, and see that it is the start."""
+        self.call("reset")
+        _hold(self.fingerprint() == self.start, "`reset` must lead back to the same start")
+        own = _shared(self.env) == self.shared
+        _hold(own, "the state must be the instance's own, and not its class's")
 
-def _try_undo(env: Environment) -> None:
-    """Undo each kind of action once, where the environment says that it can."""
-    start = env.status()
-    tried: set[str] = set()
-    for name in _offered(env, 1000):
-        for action in env.actions(name, Standing()):
-            result = None if action.name in tried else execute(env, action)
-            if result is None or not result.ok:
-                continue
-            tried.add(action.name)
-            back = env.undo([result], Standing())
-            if back is not None:
-                undone = [execute(env, each) for each in back.actions]
-                _hold(all(each.ok for each in undone), f"what `undo` gives must succeed: {action}")
-                told = bool(back.why) or env.status() == start
-                _hold(told, f"`undo` must bring the state back, or say what it cannot: {action}")
-            env.reset()
+    def status(self) -> str:
+        """See `Environment.status`."""
+        found = self.call("status")
+        right = isinstance(found, str) and bool(found.strip())
+        _hold(right, f"`status()` must be a text that is not empty, not {found!r}")
+        return found
 
+    def fingerprint(self) -> str:
+        """See `Environment.fingerprint`."""
+        self.status()
+        found = self.call("fingerprint")
+        _hold(isinstance(found, str), f"`fingerprint()` must be a text, not {found!r}")
+        return found
 
-def _try_all(env: Environment, most: int) -> list[StepResult]:
-    """Take at most `most` actions of every name on offer; returns those that succeeded."""
-    done: list[StepResult] = []
-    names, standing = _offered(env, 1000), Standing()
-    tried: dict[str, int] = {}
-    for name in names:
-        for action in env.actions(name, standing):
-            if len(done) >= most:
+    def step(self, action: Action) -> StepResult:
+        """Take one action, which keeps the laws of one action."""
+        before, status = self.fingerprint(), self.status()
+        lasting = self.call("lasting", action)
+        result = self.call("step", action, by=execute)
+        _hold(result.action == action, f"a result must name its action: {action}")
+        changed = self.fingerprint() != before
+        if not result.ok:
+            _hold(bool(result.observation), f"a failure must say why: {action}")
+            _hold(not changed, f"a failure must change nothing: {action}")
+            return result
+        told = self.status() == status or changed
+        _hold(told, f"what changed `status()` must change `fingerprint()`: {action}")
+        both = f"`lasting` gives {lasting} and its result irreversible={result.irreversible}"
+        _hold(bool(lasting) == result.irreversible, f"{both}; they must agree: {action}")
+        return result
+
+    def try_declarations(self) -> None:
+        """Texts, verbs and examples."""
+        for name in ("task", "completion_phrase"):
+            found = cast("object", getattr(self.env, name))
+            right = isinstance(found, str) and bool(found.strip())
+            _hold(right, f"`{name}` must be a text that is not empty")
+        try:
+            check_verbs(self.env.verbs, self.env.examples)
+        except InvalidInputError as error:
+            raise _broken(str(error).rstrip(".")) from None
+        ending = any(verb.ends for verb in self.env.verbs)
+        _hold(ending, 'no verb ends the task; add one, as in Verb("finish", "...", (), ends=True)')
+
+    def try_names(self) -> None:
+        """Names on offer are things that there are."""
+        for limit in (1, 1000):
+            found = self.call("offers", "", limit)
+            _hold(_is_list(found, str), f"`offers` must give a list of texts, not {found!r}")
+            _hold(len(found) <= limit, f"`offers` must give {limit} names at most, not {found!r}")
+            self.names = [*found]
+        for name in self.names[:_THINGS]:
+            served = self.guesses(name) or any(
+                self.resolve(o).actions for o in self.orders(name) if o.what
+            )
+            _hold(bool(served), f"`offers` names {name!r}, but no order and no guess has it")
+
+    def orders(self, name: str) -> list[Order]:
+        """Orders of a thing by all verbs, with and without a quantity; those without a thing."""
+        found: list[Order] = []
+        for verb in self.env.verbs:
+            what = name if "what" in verb.slots else ""
+            other = next((n for n in self.names if n != name), NOWHERE)
+            for_ = other if "for" in verb.slots and verb.name == "swap" else ""
+            found.append(Order(verb.name, what, for_=for_))
+            if "quantity" in verb.slots:
+                found.append(Order(verb.name, what, 2.0, for_=for_))
+        return found
+
+    def resolve(self, order: Order) -> Resolution:
+        """What an order comes to; to find out changes nothing."""
+        away = {verb.name for verb in self.env.verbs if verb.takes_away}
+        state = fold([Reading((order,))], takes_away=away)
+        before = self.fingerprint()
+        answer = self.call("resolve", order, state, self.pick)
+        found = resolution_of(self.env, "resolve", answer)
+        _hold(self.fingerprint() == before, f"`resolve` must change nothing: {order}")
+        return found
+
+    def try_readings(self) -> None:
+        """Orders and limits of things that are here, and of things that are not."""
+        for name in [*self.names[:2], NOWHERE]:
+            for order in self.orders(name):
+                found = self.resolve(order)
+                says = bool(found.actions or found.why)
+                _hold(says, f"`resolve` must give actions, or say why not, for {order}")
+                if order.what == NOWHERE:
+                    gone = Order(order.do, NOWHERE, order.quantity, for_=NOWHERE)
+                    acts = self.resolve(gone).actions
+                    _hold(not acts, f"what is not here must not be replaced: {gone} gives {acts}")
+                if "where" in self.verbs[order.do].slots:
+                    self.resolve(Order(order.do, order.what, where="no such place"))
+            for limit in (*(Order(act, name) for act in _NAMING), Order("budget", quantity=1e6)):
+                self._try_limit(limit)
+            for asked in (Order("ask", name), Order("ask")):
+                told = self.call("answer", asked, Standing(), self.pick)
+                right = isinstance(told, str)
+                _hold(right, f"`answer` must give a text, not {told!r}, for {asked}")
+        _hold(self.fingerprint() == self.start, "to resolve and to answer must change nothing")
+        for name in self.names[:_THINGS]:
+            self._try_needs(name)
+
+    def _try_limit(self, limit: Order) -> None:
+        """A limit that a domain ignores must not fall through to what is said of unknown verbs."""
+        found = self.resolve(limit)
+        if not (found.why or found.actions):
+            return
+        other = Order("frobnicate", limit.what, limit.quantity)
+        try:
+            unknown = self.env.resolve(other, Standing(), self.pick)
+        except Exception:  # a domain need not know what to do with it
+            return
+        same = unknown.why.replace("frobnicate", limit.do) == found.why
+        named = [(a.name.replace("frobnicate", limit.do), a.target) for a in unknown.actions]
+        same &= named == [(a.name, a.target) for a in found.actions]
+        _hold(not same, f"`resolve` takes the limit {limit} for a verb, and gives {found}; "
+              "return Resolution() for a limit that needs no action")  # fmt: skip
+
+    def _try_needs(self, text: str) -> None:
+        """What occasions call for may be lacking, but is not misspelt."""
+        for occasion in self.call("like", text, 8, by=occasions_like):
+            for need in (*occasion.needed, *occasion.nice):
+                way = self.call("serving", need, Standing())
+                right = _is_list(way, Action)
+                _hold(right, f"`serving` must give a list of actions, not {way!r}")
+                close = get_close_matches(str(need), self.names, 1, _TYPO)
+                known = bool(way) or not close or need in close
+                _hold(known, f"an occasion needs {need!r}; did you mean {close}?")
+
+    def try_odd_actions(self) -> None:
+        """What does not exist fails, says why, and changes nothing."""
+        named = [verb.name for verb in self.env.verbs if "what" in verb.slots]
+        odd = [Action(name, NOWHERE, 1, place) for name in named for place in ("", "no such place")]
+        odd += [Action("no such action", NOWHERE), Action("open", "\x00<|im_end|>", 10**9)]
+        odd += [Action("buy basket", quantity=-1), Action("add item", NOWHERE), Action("")]
+        for action in odd:
+            ok = self.step(action).ok
+            _hold(not ok, f"an action that does not exist must fail: {action!r}")
+
+    def try_profiles(self, profiles: Sequence[Profile]) -> None:
+        """Who does nothing scores nothing."""
+        for profile in profiles:
+            met = self.call("checks_met", profile, by=met_checks)
+            _hold(not any(met), f"`checks_met` counts checks of {profile.name} before any action")
+            self.call("unwanted", profile)
+            values = [each for check in profile.checks for each in check.values()]
+            self.checked += [name for each in values if _is_list(each, str) for name in each]
+
+    def guesses(self, name: str, standing: Standing | None = None) -> list[Action]:
+        """See `Environment.actions`."""
+        found = self.call("actions", name, standing or Standing())
+        _hold(_is_list(found, Action), f"`actions` must give a list of actions, not {found!r}")
+        return found
+
+    def try_guesses(self) -> None:
+        """What may be done unasked: not what was ruled out, nor what is done already."""
+        seen: dict[str, bool] = {}
+        for name in self.names:
+            found = self.guesses(name)
+            seen |= {each.name: seen.get(each.name, False) for each in found}
+            avoid = fold([Reading((Order("avoid", name),))])
+            ruled = self.guesses(name, avoid)
+            _hold(not ruled, f"`actions` must leave out what the person ruled out: {ruled}")
+            for action in found:
+                if seen[action.name] or not self.left or self.env.lasting(action):
+                    continue
+                self.left -= 1
+                result = self.step(action)
+                seen[action.name] = result.ok
+                if result.ok and action in self.guesses(name):
+                    again = self.step(action).ok
+                    _hold(again, f"`actions` must leave out what is done already: {action}")
+                self.reset()
+        lasts = [a for name in self.names[:_THINGS] for a in self.guesses(name)]
+        useful = not lasts or not all(map(self.env.lasting, lasts))
+        _hold(useful, "`actions` gives only what cannot be undone, which no agent guesses")
+
+    def try_orders(self) -> None:
+        """Orders, then each pair of orders of the same thing: laws, undo, and replay."""
+        shown = [orders_from_text(each.orders, self.env.verbs) for each in self.env.examples]
+        for order in (order for each in shown for order in acting(each)):
+            self._try_pair((order,))
+        things = dict.fromkeys((*self.names[:_THINGS], *self.checked[:_CHECKED]))
+        first = [(n, each) for n in things for each in self.orders(n) if self._try_pair((each,))]
+        for name, one in first:
+            for two in self.orders(name):
+                self._try_pair((one, two))
+
+    def _try_pair(self, orders: Sequence[Order]) -> bool:
+        """Do orders, undo the last and all of them, and replay; whether the first did something."""
+        if self.left <= 0:
+            return False
+        self.left -= 1
+        start = before = self.status()
+        done: list[StepResult] = []
+        results: list[StepResult] = []
+        for order in orders:
+            before, results = self.status(), self._follow(order)
+            done += results
+            if not results or results[-1].terminated:
+                self.reset()
+                return False
+        end = self.fingerprint()
+        self._undo(results, before, orders[-1:])
+        self.reset()
+        for result in done:
+            again = self.step(result.action).ok
+            _hold(again, f"an action must succeed again after a reset: {result.action}")
+        _hold(self.fingerprint() == end, f"the same actions must lead to the same state: {orders}")
+        if len(orders) > 1:
+            self._undo(done, start, orders)
+        self.reset()
+        return True
+
+    def _follow(self, order: Order) -> list[StepResult]:
+        """Do one order; the results of what succeeded."""
+        verb = self.verbs[order.do]
+        found = self.resolve(order)
+        lasting = any(map(self.env.lasting, found.actions))
+        agreed = lasting or not (verb.irreversible and found.actions)
+        _hold(agreed, f"{verb.name!r} is irreversible, but `lasting` denies it: {found.actions}")
+        done: list[StepResult] = []
+        for action in found.actions:
+            before = self.fingerprint()
+            result = self.step(action)
+            if not result.ok:
                 return done
-            if tried.get(action.name, 0) * 4 > most or action not in env.actions(name, standing):
-                continue
-            tried[action.name] = tried.get(action.name, 0) + 1
-            before, status = env.fingerprint(), env.status()
-            result = execute(env, action)
-            _hold(result.action == action, f"a result must name its action: {action}")
-            if result.ok:
-                done.append(result)
-                told = env.status() == status or env.fingerprint() != before
-                _hold(told, f"what changed `status()` must change `fingerprint()`: {action}")
-            else:
-                _hold(bool(result.observation), f"a failure must say why: {action}")
-                _hold(env.fingerprint() == before, f"a failure must change nothing: {action}")
-    return done
+            done.append(result)
+            right = verb.ends or not result.terminated
+            _hold(right, f"{verb.name!r} terminates: give it ends=True")
+            if self.fingerprint() == before and action.name != SEARCH and not result.terminated:
+                same = all(self.step(action).ok for _ in range(_TIMES))  # as the state is the same
+                _hold(same, f"`fingerprint()` must show what an action changes: {action}")
+        ended = not found.actions or not verb.ends or done[-1].terminated
+        _hold(ended, f"{verb.name!r} ends the task, but no result says terminated=True: {order}")
+        return done
+
+    def _undo(self, results: Sequence[StepResult], before: str, orders: Sequence[Order]) -> None:
+        """Undo results; the state is back, or it is said what is not."""
+        found = self.call("undo", results, Standing())
+        if found is None:
+            return
+        said = orders_to_text(orders).replace("\n", "; ")
+        for action in resolution_of(self.env, "undo", found).actions:
+            _hold(self.step(action).ok, f"what `undo` gives must succeed: {action}, for {said!r}")
+        told = bool(found.why) or self.status() == before
+        _hold(told, f"`undo` must bring the state back, or say what it cannot: {said!r}")
 
 
-def _odd_actions() -> Sequence[Action]:
-    return [
-        Action("no such action", "no such thing"),
-        Action("put", "no such thing", destination="no such place"),
-        Action("add item", "no such thing"),
-        Action("buy basket", quantity=-1),
-        Action("open", "\x00<|im_end|>", 10**9),
-        Action(""),
-    ]
+def _is_list(found: Any, kind: type) -> bool:
+    return isinstance(found, list | tuple) and all(
+        isinstance(each, kind) for each in cast("Sequence[object]", found)
+    )
+
+
+def _shared(env: Environment) -> dict[str, str]:
+    """The plain values that the environment's class holds."""
+    kinds = (str, int, float, list, dict, set, tuple)
+    return {name: repr(each) for name, each in vars(type(env)).items() if type(each) in kinds}
 
 
 def _hold(law: bool, text: str) -> None:

@@ -56,7 +56,7 @@ class GroceryShop(Environment):
         Verb("set", "have exactly so many of it in the basket", ("what", "quantity")),
         Verb("swap", "take one thing out for another", ("what", "quantity", "for")),
         Verb("clear", "empty the basket", ()),
-        Verb("buy", "buy the basket, now", (), irreversible=True),
+        Verb("buy", "buy the basket, now", (), irreversible=True, ends=True),
     )
     examples = read_examples("goalscope.envs.grocery")
     agreed = 0.45

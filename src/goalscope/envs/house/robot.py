@@ -90,7 +90,7 @@ class HomeRobot(Environment):
         Verb("break", "break it", _THING, irreversible=True),
         Verb("push", "push it", _THING),
         Verb("pull", "pull it", _THING),
-        Verb("finish", "the task is done", ()),
+        Verb("finish", "the task is done", (), ends=True),
     )
     examples = read_examples("goalscope.envs.house")
     agreed = 0.3
