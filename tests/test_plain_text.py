@@ -8,11 +8,12 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from goalscope.cues import doubtful
 from goalscope.guards import is_yes, speaks_of_harm
 from goalscope.orders import Reading
 from goalscope.plain_text import plain
 from goalscope.tracker import GoalTracker
-from goalscope.types import InvalidInputError, canonical
+from goalscope.types import Goal, InvalidInputError, canonical
 
 APOSTROPHES = "\u2018\u2019\u00b4\u2032\u02bc\uff07`"
 HYPHENS = "\u2010\u2011\u2012\u2013\u2212"
@@ -88,6 +89,22 @@ def test_a_goal_has_one_identity_in_every_form(model) -> None:
     tracker.correct("veto", apart)
     with pytest.raises(InvalidInputError, match="ruled out"):
         tracker.add([composed])
+
+
+@pytest.mark.parametrize(
+    "typed",
+    [
+        *(f"Please don{mark}t transfer my money" for mark in APOSTROPHES),
+        "Please don&#39;t transfer my money",
+        "Please don t transfer my money",
+        "Please do _not_ transfer my money",
+        "Please do\u00adn't transfer my money",
+    ],
+)
+def test_a_denial_is_one_however_it_is_typed(typed: str) -> None:
+    goal = Goal("transfer my money")
+    assert doubtful(typed, goal)
+    assert not doubtful("Please transfer my money", goal)
 
 
 def test_guards_see_through_marks() -> None:
