@@ -16,6 +16,7 @@ from goalscope.calibration import DEFAULT, LAST_TURN, PAPER, calibration_from_js
 from goalscope.calibrations import keep_calibration
 from goalscope.cli.main import app
 from goalscope.cli.models import _engine
+from goalscope.experiment.run import sole
 from goalscope.models.engine import READY, Engine
 from goalscope.types import UNSPECIFIED, Goal
 from lives import CATALOGUE
@@ -203,6 +204,26 @@ def test_infer_leaves_foreign_files_alone(tmp_path):
         (tmp_path / "out.jsonl").write_text(foreign)
         assert "Name another file" in fails(2, "infer", file, "--out", tmp_path / "out.jsonl")
         assert (tmp_path / "out.jsonl").read_text() == foreign
+
+
+def test_one_process_at_a_time_infers_into_a_file(tmp_path, words):
+    file, out = rows_file(tmp_path, ROW), tmp_path / "out.jsonl"
+    with sole(out):
+        assert "Another process adds to" in fails(2, "infer", file, "--out", out)
+    assert not out.exists()
+    assert invoke("infer", file, "--out", out).exit_code == 0
+
+
+@pytest.mark.parametrize("key", ["goals", "turns", "task"])
+def test_a_row_that_says_a_thing_twice_is_refused(tmp_path, key):
+    file = rows_file(tmp_path, ROW, {**ROW, "id": 2})
+    lines = file.read_text().splitlines()
+    lines[1] = lines[1].replace(f'"{key}":', f'"{key}": [], "{key}":', 1)
+    file.write_text("\n".join(lines))
+    said = fails(2, "infer", file, "--out", tmp_path / "out.jsonl")
+    assert "line 2: the key" in said
+    assert key in said
+    assert "twice" in said
 
 
 @pytest.mark.parametrize("turn", [0, 1])

@@ -10,6 +10,7 @@ import re
 import unicodedata
 from collections import Counter
 
+from goalscope.plain_text import plain
 from goalscope.types import Goal, Turn
 
 __all__ = ["LONGEST", "consents", "doubtful", "normalize", "opposes", "retracts"]
@@ -247,7 +248,7 @@ def retracts(utterance: str, goal: Goal) -> bool:
 
 def _read(utterance: str, goal: Goal) -> str:
     """An utterance, normalized, with "cancel" as "end" where the goal is to end that thing."""
-    text = normalize(unicodedata.normalize("NFKC", utterance))
+    text = normalize(unicodedata.normalize("NFKC", plain(utterance)))
     ends = _ENDS.match(normalize(goal.text))
     things = _words(ends.string[ends.end() :]) if ends else []
     return _CANCELS.sub(lambda said: "end" if said["thing"] in things else said[0], text)
@@ -267,7 +268,7 @@ def consents(turn: Turn, goal: Goal) -> bool | None:
     ("Yes, to Porto.") is no plain yes; nor is any answer to a question whether not to do something,
     or whether to do something else.
     """
-    query = normalize(unicodedata.normalize("NFKC", turn.query)[-LONGEST:])
+    query = normalize(unicodedata.normalize("NFKC", plain(turn.query))[-LONGEST:])
     sentences = re.findall(r"[^.!?;]+[.!?;]*", query)
     questions = [each for each in sentences if "?" in each] or sentences
     asked = _ASKS_LEAVE.search(questions[-1].strip()) if questions else None

@@ -8,6 +8,7 @@ from typing import Protocol
 from goalscope.envs import Environment
 from goalscope.guards import CONFIRM
 from goalscope.models import Generator, LanguageModel, OnText
+from goalscope.plain_text import plain
 from goalscope.prompts import recent, render, transcript
 from goalscope.types import InvalidInputError, Message, Profile, Turn, checked_text
 
@@ -131,7 +132,7 @@ class ConsoleHuman:
 
 def completes(env: Environment, said: str) -> bool:
     """Whether an utterance ends with the phrase that ends the task."""
-    return said.casefold().rstrip(" .!\"'").endswith(env.completion_phrase.casefold())
+    return plain(said).casefold().rstrip(" .!\"'").endswith(env.completion_phrase.casefold())
 
 
 def consents(query: str, env: Environment, *, done: bool) -> str:

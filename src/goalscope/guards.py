@@ -9,6 +9,7 @@ import re
 from collections.abc import Iterable, Sequence
 
 from goalscope.orders import Order, Reading, orders_to_text
+from goalscope.plain_text import plain
 from goalscope.standing import GRAVE
 
 __all__ = ["CONFIRM", "HARM", "SAY_YES", "UNSURE", "WARY"]
@@ -40,7 +41,8 @@ _HINT = re.compile(r"\bthroat\b|hospital", re.IGNORECASE)
 
 def speaks_of_harm(utterance: str, reading: Reading) -> bool:
     """Whether a word of harm was said, but the reading holds no allergy or diet."""
-    return not _is_grave(reading) and bool(_HARM.search(utterance) or _HINT.search(utterance))
+    said = plain(utterance)
+    return not _is_grave(reading) and bool(_HARM.search(said) or _HINT.search(said))
 
 
 def _is_grave(reading: Reading) -> bool:
@@ -51,7 +53,7 @@ def _is_grave(reading: Reading) -> bool:
 
 def is_yes(utterance: str) -> bool:
     """Whether the utterance is the word that `SAY_YES` asks for; no reading is trusted here."""
-    return utterance.casefold().strip(" \t\n.!\"'") == "yes"
+    return plain(utterance).casefold().strip(" \t\n.!\"'") == "yes"
 
 
 def is_wary(said: Iterable[tuple[str, Reading]]) -> bool:
@@ -63,7 +65,7 @@ def is_wary(said: Iterable[tuple[str, Reading]]) -> bool:
         said: Utterances and their readings, newest first.
     """
     for age, (utterance, reading) in enumerate(said):
-        if speaks_of_harm(utterance, reading) and (age == 0 or _HARM.search(utterance)):
+        if speaks_of_harm(utterance, reading) and (age == 0 or _HARM.search(plain(utterance))):
             return True
         if _is_grave(reading) or any(each.do == "no" for each in reading.orders):
             return False

@@ -15,6 +15,7 @@ from goalscope.models import Generator, LikelihoodModel
 from goalscope.models.adapters import FITTED_LAYOUT, NO_ADAPTER
 from goalscope.models.opening import parts
 from goalscope.models.scoring import logprobs_of
+from goalscope.plain_text import plain
 from goalscope.prompts import recent, render, transcript
 from goalscope.types import (
     UNSPECIFIED,
@@ -114,7 +115,8 @@ class RolePlay:
     def log_likelihood(
         self, task: str, goals: Sequence[Goal], turns: Sequence[Turn], *, since: int = 0
     ) -> Array:
-        """See `Likelihood.log_likelihood`."""
+        """See `Likelihood.log_likelihood`; the words count as they are in `plain` text."""
+        turns = [turn.plain() for turn in turns]
         contexts: list[list[Message]] = []
         for t in range(since, len(turns)):
             start = self.window(task, turns[: t + 1])
@@ -146,6 +148,7 @@ class RolePlay:
         tokenizer = getattr(self._speaker, "tokenizer", None)
         if tokenizer is None:
             raise ModelError("The model that scores has no tokenizer.")
+        turns = [turn.plain() for turn in turns]
         read = turns[self.window(task, turns) :]
         words = turns[-1].utterance
         contexts = [self.context(task, goal, read) for goal in goals]
@@ -179,7 +182,7 @@ class RolePlay:
 
     def context(self, task: str, goal: Goal, turns: Sequence[Turn]) -> list[Message]:
         """The chat up to the last utterance, which the person with this goal says next."""
-        text = "" if goal == UNSPECIFIED else goal.text
+        text = "" if goal == UNSPECIFIED else plain(goal.text)
         *past, last = turns
         if self.layout == "goal-first":
             (system,) = render("goal_first", task=task, goal=text)

@@ -31,6 +31,7 @@ from goalscope.orders import (
     orders_to_text,
     words_of,
 )
+from goalscope.plain_text import plain
 from goalscope.prompts import render
 from goalscope.types import (
     InvalidInputError,
@@ -130,8 +131,12 @@ class Reader:
             InvalidInputError: The message is empty, broken, or too long for the model.
             UnreadableAnswerError: The model wrote no valid reading.
         """
-        message = checked_text(message, "utterance")
-        before = before[-_WINDOW:]
+        message = plain(checked_text(message, "utterance"))
+        question = plain(question)
+        before = [
+            Exchange(plain(each.question), plain(each.message), each.orders)
+            for each in before[-_WINDOW:]
+        ]
         shown = [*self._examples, *before]
         prompt = self._prompt(message, question, shown)
         most = self.model.context_size - _MOST_TOKENS

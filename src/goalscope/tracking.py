@@ -229,7 +229,7 @@ class Trackers:
             rounds = session.rounds
             turn = len(rounds) + 1 if turn is None else turn
             if 1 <= turn <= len(rounds):
-                if rounds[turn - 1].turn != said:
+                if rounds[turn - 1].turn.plain() != said.plain():
                     raise ConflictError(f"Turn {turn} was sent before with different words.")
                 return replace(session, rounds=rounds[:turn])
             if turn != len(rounds) + 1:

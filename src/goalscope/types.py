@@ -7,6 +7,8 @@ from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 from typing import Any, Literal, cast
 
+from goalscope.plain_text import plain
+
 __all__ = [
     "TRACKING",
     "UNSPECIFIED",
@@ -97,8 +99,8 @@ def pluralize(number: int, noun: str) -> str:
 
 
 def canonical(text: str) -> str:
-    """A goal's text apart from case, spaces and the final mark."""
-    return " ".join(text.casefold().split()).rstrip(".!? ")
+    """A goal's text apart from case, spaces, the final mark and how it was typed (`plain`)."""
+    return " ".join(plain(text).casefold().split()).rstrip(".!? ")
 
 
 @dataclass(frozen=True, slots=True)
@@ -152,6 +154,10 @@ class Turn:
 
     query: str
     utterance: str
+
+    def plain(self) -> Turn:
+        """The turn as models read it; see `goalscope.plain_text.plain`."""
+        return Turn(plain(self.query), plain(self.utterance))
 
 
 @dataclass(frozen=True, slots=True)

@@ -6,6 +6,8 @@ import re
 from collections.abc import Collection, Iterator
 from functools import lru_cache
 
+from goalscope.plain_text import plain
+
 __all__ = [
     "contains",
     "head_nouns",
@@ -54,7 +56,7 @@ _IRREGULAR = {
 
 def words(text: str) -> list[str]:
     """The words of `text` in lower case, without possessive endings."""
-    return [word for word, _, _ in spans(text.lower())]
+    return [word for word, _, _ in spans(plain(text).lower())]
 
 
 def spans(text: str) -> Iterator[tuple[str, int, int]]:

@@ -48,6 +48,7 @@ def infer(
 
     from goalscope.calibrations import calibration_named
     from goalscope.experiment.identity import own_identity
+    from goalscope.experiment.run import sole
     from goalscope.infer import infer as infer_dialogues
     from goalscope.infer import read_dialogues, trim_output
     from goalscope.likelihood import DEFAULT_LAYOUT, RolePlay
@@ -72,15 +73,16 @@ def infer(
             "end_of_turn": end_of_turn,
             "calibration": json.loads(json.dumps(asdict(given or likelihood.calibration))),
         }
-        left = trim_output(out, dialogues, settings)
-        done = len(dialogues) - len(left)
-        with progress("Dialogues") as show:
-            show(done, len(dialogues))
-            for dialogue in infer_dialogues(left, out, likelihood, settings, given):
-                done += 1
+        with sole(out):
+            left = trim_output(out, dialogues, settings)
+            done = len(dialogues) - len(left)
+            with progress("Dialogues") as show:
                 show(done, len(dialogues))
-                if likelihood.window(dialogue.task, dialogue.turns):
-                    cut.append(dialogue.id)
+                for dialogue in infer_dialogues(left, out, likelihood, settings, given):
+                    done += 1
+                    show(done, len(dialogues))
+                    if likelihood.window(dialogue.task, dialogue.turns):
+                        cut.append(dialogue.id)
     if cut:
         console(stderr=True).print(
             terminal_safe(f"Too long for the model, so that the oldest turns were left out: {cut}")

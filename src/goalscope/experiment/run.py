@@ -54,7 +54,7 @@ def check_packages() -> None:
 
 @contextmanager
 def sole(file: Path) -> Generator[None]:
-    """Lock a file of results, so that no other process adds to it.
+    """Lock a file of results or beliefs, so that no other process adds to it.
 
     Raises:
         InvalidInputError: Another process holds the lock.
@@ -68,7 +68,7 @@ def sole(file: Path) -> Generator[None]:
         ) from None
     except OSError as error:
         raise InvalidInputError(
-            f"{file} cannot be written: {error.strerror or error}. Name a folder with --results."
+            f"{file} cannot be written: {error.strerror or error}. Name another place."
         ) from None
     try:
         yield

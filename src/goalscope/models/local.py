@@ -13,6 +13,7 @@ import numpy as np
 
 from goalscope.models import CLOSED, Array, Completion, OnText, unfinished_json
 from goalscope.models.native import Weights
+from goalscope.models.reasoning import answer_of, answer_so_far
 from goalscope.models.sampling import (
     Grammar,
     LlamaGrammar,
@@ -170,12 +171,14 @@ class LocalModel(TokenScorer):
             if cuts:
                 text, finish = text[: min(cuts)], "stop"
                 break
-            if on_text and len(sure := _sure(text, stop)) > len(told):
+            sure = answer_so_far(_sure(text, stop)) if on_text else ""
+            if on_text and len(sure) > len(told):
                 on_text(told := sure)
             if len(written) < room:
                 logits = self.push(token)
         if form is not None and finish == "length":
             raise unfinished_json(room)
+        text = answer_of(text, self.name) if form is None else text
         if on_text and text != told:
             on_text(text)
         return Completion(text, finish, len(prompt), len(written), total, tuple(margins))

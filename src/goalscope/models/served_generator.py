@@ -10,6 +10,7 @@ from typing import Any
 from goalscope.models import Completion, OnText, unfinished_json
 from goalscope.models.chat import ChatTokenizer
 from goalscope.models.http import Refusal, Server, understood
+from goalscope.models.reasoning import answer_of, answer_so_far
 from goalscope.types import Message, ModelError, UnreadableAnswerError
 
 __all__ = ["ServedGenerator"]
@@ -97,7 +98,12 @@ class ServedGenerator:
         }
         if stop:
             body["stop"] = list(stop)
-        answer = self._post(body, max_tokens, schema, on_text)
+
+        def draft(text: str) -> None:
+            if on_text:
+                on_text(answer_so_far(text))
+
+        answer = self._post(body, max_tokens, schema, draft if on_text else None)
         with understood(self.server.url):
             choice: dict[str, Any] = answer["choices"][0]
             usage: dict[str, Any] = answer.get("usage") or {}
@@ -111,6 +117,7 @@ class ServedGenerator:
                 "Use another model."
             )
         finish = "length" if reason == "length" else "stop"
+        text = answer_of(text, self.name)
         if schema is not None:
             text = self._checked(text, finish, schema, max_tokens)
         if on_text:

@@ -52,7 +52,7 @@ def recent(model: LanguageModel, turns: Sequence[Turn], most: int) -> list[Turn]
         return model.count_tokens([Message("user", turn.query), Message("user", turn.utterance)])
 
     kept: list[Turn] = []
-    for turn in reversed(turns[-most:]):
+    for turn in reversed([turn.plain() for turn in turns[-most:]]):
         if kept and size(turn) > room:
             break
         while size(turn) > room:

@@ -1,0 +1,115 @@
+"""What people's keyboards make of a sentence changes nothing of what is understood."""
+
+from __future__ import annotations
+
+import unicodedata
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from goalscope.cues import doubtful
+from goalscope.guards import is_yes, speaks_of_harm
+from goalscope.orders import Reading
+from goalscope.plain_text import plain
+from goalscope.tracker import GoalTracker
+from goalscope.types import Goal, InvalidInputError, canonical
+
+APOSTROPHES = "\u2018\u2019\u00b4\u2032\u02bc\uff07`"
+HYPHENS = "\u2010\u2011\u2012\u2013\u2212"
+PERSIAN = "\u0645\u06cc\u200c\u062e\u0648\u0627\u0647\u0645"  # its joiner is a letter
+UNSEEN = "\u00ad\u200b\u2060\ufeff\u202e\u2066"
+
+
+@pytest.mark.parametrize("mark", APOSTROPHES)
+def test_every_apostrophe_is_one(mark: str) -> None:
+    assert plain(f"Please don{mark}t transfer my money") == "Please don't transfer my money"
+
+
+@pytest.mark.parametrize("mark", HYPHENS)
+def test_every_hyphen_is_one(mark: str) -> None:
+    assert plain(f"It has to be nut{mark}free.") == "It has to be nut-free."
+
+
+@pytest.mark.parametrize("mark", UNSEEN)
+def test_what_nobody_sees_is_not_read(mark: str) -> None:
+    assert plain(f"al{mark}monds") == "almonds"
+
+
+@pytest.mark.parametrize(
+    ("typed", "read"),
+    [
+        ("Please don&#39;t transfer my money", "Please don't transfer my money"),
+        ("fish &amp; chips", "fish & chips"),
+        ("AT&T; sells it", "AT&T; sells it"),
+        ("do _not_ transfer it", "do not transfer it"),
+        ("do **not** transfer it", "do not transfer it"),
+        ("do ***not*** transfer ~~any~~ it", "do not transfer any it"),
+        ("2*3*4 and snake_case_names", "2*3*4 and snake_case_names"),
+        ("Please don t transfer it", "Please don't transfer it"),
+        ("WON T do", "WON't do"),
+        ("a ton t shirts", "a ton t shirts"),
+        ("cre\u0300me frai\u0302che", "cr\u00e8me fra\u00eeche"),
+        (
+            "\u0645\u06cc\u200c\u062e\u0648\u0627\u0647\u0645",
+            "\u0645\u06cc\u200c\u062e\u0648\u0627\u0647\u0645",
+        ),
+    ],
+)
+def test_markup_and_broken_words_are_read_as_meant(typed: str, read: str) -> None:
+    assert plain(typed) == read
+
+
+@given(st.text())
+def test_plain_text_is_plain_already(text: str) -> None:
+    once = plain(text)
+    if not set("&*_~") & set(text):
+        assert plain(once) == once
+        assert unicodedata.is_normalized("NFC", once)
+
+
+@pytest.mark.parametrize("mark", HYPHENS)
+def test_the_belief_is_that_of_the_plain_sentence(mark: str, model) -> None:
+    goals = ["bake a nut-free cake", "bake an almond cake"]
+
+    def believed(said: str) -> list[float]:
+        tracker = GoalTracker(model, goals=goals)
+        return tracker.observe("What else?", said).probability.tolist()
+
+    same = pytest.approx(believed("It has to be nut-free."), abs=0.01)  # a warm cache rounds anew
+    assert believed(f"It has to be nut{mark}free.") == same
+
+
+def test_a_goal_has_one_identity_in_every_form(model) -> None:
+    composed = "make cr\u00e8me br\u00fbl\u00e9e"
+    apart = unicodedata.normalize("NFD", composed)
+    assert canonical(composed) == canonical(apart)
+    tracker = GoalTracker(model, goals=[composed, apart])
+    assert len(tracker.belief.goals) == 2
+    tracker.correct("veto", apart)
+    with pytest.raises(InvalidInputError, match="ruled out"):
+        tracker.add([composed])
+
+
+@pytest.mark.parametrize(
+    "typed",
+    [
+        *(f"Please don{mark}t transfer my money" for mark in APOSTROPHES),
+        "Please don&#39;t transfer my money",
+        "Please don t transfer my money",
+        "Please do _not_ transfer my money",
+        "Please do\u00adn't transfer my money",
+    ],
+)
+def test_a_denial_is_one_however_it_is_typed(typed: str) -> None:
+    goal = Goal("transfer my money")
+    assert doubtful(typed, goal)
+    assert not doubtful("Please transfer my money", goal)
+
+
+def test_guards_see_through_marks() -> None:
+    nothing = Reading(())
+    assert speaks_of_harm("He is al\u00adlergic, I think", nothing)
+    assert speaks_of_harm("It gives her \u200bhi\u200bves", nothing)
+    assert is_yes("**Yes**!")
+    assert not is_yes("yes _not_")
