@@ -277,10 +277,10 @@ def test_a_round_that_has_changed_meanwhile_is_not_overwritten(kitchen: Kitchen)
         lambda: kitchen.store.amend(id, old, replace(old, status="two")),
         lambda: kitchen.store.append(id, replace(old, number=2), after=old),
     ):
-        with pytest.raises(GoalscopeError, match="has gone on meanwhile"):
+        with pytest.raises(GoalscopeError, match="was changed elsewhere"):
             change()
     kitchen.trackers.observe(id, 2, *CAKE)
-    with pytest.raises(GoalscopeError, match="has gone on meanwhile"):
+    with pytest.raises(GoalscopeError, match="was changed elsewhere"):
         kitchen.store.amend(id, replace(old, status="one"), old)
     assert kitchen.store.rounds(id)[0].status == "one"
 

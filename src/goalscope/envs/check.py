@@ -1,4 +1,4 @@
-"""Whether an environment keeps the laws that agents rely on, after Gymnasium's `check_env`."""
+"""Check the laws that agents rely on in an environment, like Gymnasium's `check_env`."""
 
 from __future__ import annotations
 
@@ -16,16 +16,16 @@ __all__ = ["check_env"]
 
 
 def check_env(env: Environment, *, most: int = 40) -> None:
-    """Try an environment: orders, failures that change nothing, replays to one state.
+    """Test an environment: orders, failures that change nothing, reproducible replays.
 
     The environment is reset before and after.
 
     Args:
-        env: To be tried.
-        most: Actions to try.
+        env: The environment.
+        most: Maximum number of actions to try.
 
     Raises:
-        GoalscopeError: A law is broken; the message says which, and by what.
+        GoalscopeError: A law is broken; the message says which, and by which action.
     """
     _hold(isinstance(cast("object", env), Environment), "it must inherit from `Environment`")
     for name in missing(env):
@@ -76,11 +76,11 @@ def _try_orders(env: Environment) -> None:
                 told = f"{type(error).__name__}: {error}"
                 raise _broken(f"`resolve` or `answer` fails for {order} ({told})") from error
             right = isinstance(cast("object", found), Resolution)
-            _hold(right, f"`resolve` must give a Resolution, not {found!r}, for {order}")
+            _hold(right, f"`resolve` must return a Resolution, not {found!r}, for {order}")
             says = bool(found.actions or found.why) or verb in DIALOGUE_ACTS
-            _hold(says, f"`resolve` must give actions, or say why not, for {order}")
+            _hold(says, f"`resolve` must return actions, or say why not, for {order}")
             right = isinstance(cast("object", told), str)
-            _hold(right, f"`answer` must give a text, not {told!r}, for {order}")
+            _hold(right, f"`answer` must return a text, not {told!r}, for {order}")
 
 
 def _offered(env: Environment, limit: int) -> list[str]:
@@ -103,7 +103,7 @@ def _try_undo(env: Environment) -> None:
             back = env.undo([result], Standing())
             if back is not None:
                 undone = [execute(env, each) for each in back.actions]
-                _hold(all(each.ok for each in undone), f"what `undo` gives must succeed: {action}")
+                _hold(all(each.ok for each in undone), f"actions of `undo` must succeed: {action}")
                 told = bool(back.why) or env.status() == start
                 _hold(told, f"`undo` must bring the state back, or say what it cannot: {action}")
             env.reset()
