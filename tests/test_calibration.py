@@ -410,7 +410,7 @@ def test_a_model_has_the_users_calibration_or_the_shipped_one_or_the_usual(
     found, origin = known_calibration(SCORER, "goal-last", end_of_turn=False)
     assert (found.temperature, origin) == (4.0, YOURS)
     file.write_text("{}")
-    with pytest.raises(InvalidInputError, match="delete the file"):
+    with pytest.raises(InvalidInputError, match="Delete it"):
         known()
 
 

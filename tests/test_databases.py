@@ -318,7 +318,7 @@ def test_the_command_line_takes_an_address(server, monkeypatch):
 @pytest.mark.parametrize(
     ("address", "said"),
     [
-        ("mysql://u:wrong-pw@h/d", "not in mysql"),
+        ("mysql://u:wrong-pw@h/d", "not mysql"),
         ("postgresql://u:wrong@pw@h/d", "%40"),
         ("postgresql://u:x@h:wrong-pw/d", "Expected postgresql"),
         ("://wrong-pw", "Expected postgresql"),

@@ -218,7 +218,7 @@ def test_a_session_belongs_to_its_model(kitchen: Kitchen) -> None:
     id = kitchen.trackers.open(TASK, GOALS).id
     kitchen.model = type("Other", (WordModel,), {"name": "other"})()
     assert kitchen.trackers.read(id).id == id
-    with pytest.raises(ConflictError, match="belongs to the model words"):
+    with pytest.raises(ConflictError, match="uses the model words"):
         kitchen.trackers.observe(id, 1, *CAKE)
 
 
