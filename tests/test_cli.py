@@ -255,7 +255,7 @@ def test_infer_does_not_mix_settings(tmp_path):
     assert "another calibration (" in said
     assert "{" not in said
     said = fails(2, *plain[:-2])
-    assert "made with adapter None and not 'general'; weights" in said
+    assert "written with adapter None and not 'general'; weights" in said
 
 
 def test_infer_believes_as_it_is_told(tmp_path, words):
