@@ -296,9 +296,9 @@ def test_what_is_no_adapter_for_a_model_is_refused(
     write_adapter(endless, replace(adapter, alpha=float("nan")), llama)
     write_adapter(flat, replace(adapter, layers={(0, "o_proj"): (a[None], b[None])}), llama)
     for file, cause in (
-        (uneven, "several ranks, or no scale"),
-        (scaleless, "several ranks, or no scale"),
-        (endless, "several ranks, or no scale"),
+        (uneven, "different ranks, or no scale"),
+        (scaleless, "different ranks, or no scale"),
+        (endless, "different ranks, or no scale"),
         (flat, "changes blk.0.attn_output.weight.lora_a, which goalscope cannot adapt"),
         (other, "not a LoRA adapter for llama"),
         (words, "not a complete GGUF file"),

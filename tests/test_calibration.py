@@ -276,7 +276,7 @@ def test_what_is_wrong_with_a_calibration_file_is_named(tmp_path: Path, changed,
     with pytest.raises(InvalidInputError, match=re.escape(cause)) as caught:
         calibration_named(str(file))
     assert str(file) in str(caught.value)
-    assert "`goalscope calibrate` writes one" in str(caught.value)
+    assert "write one with `goalscope calibrate" in str(caught.value)
 
 
 def test_names_and_files_name_calibrations(tmp_path: Path) -> None:
@@ -289,7 +289,7 @@ def test_names_and_files_name_calibrations(tmp_path: Path) -> None:
     assert json.loads((tmp_path / "new" / "mine.json").read_text())["model"] == "m"
     with pytest.raises(InvalidInputError, match="paper, default, last-turn"):
         calibration_named("papr")
-    with pytest.raises(GoalscopeError, match="cannot be written"):
+    with pytest.raises(GoalscopeError, match="Cannot write"):
         keep_calibration(tmp_path, mine, {})
 
 
@@ -308,7 +308,7 @@ def test_names_and_files_name_calibrations(tmp_path: Path) -> None:
 def test_a_file_that_holds_no_calibration_is_named_in_one_line(tmp_path: Path, text) -> None:
     file = tmp_path / "broken.json"
     file.write_bytes(text if isinstance(text, bytes) else text.encode())
-    with pytest.raises(InvalidInputError, match=r"broken\.json holds no calibration") as caught:
+    with pytest.raises(InvalidInputError, match=r"broken\.json is not a calibration") as caught:
         calibration_named(str(file))
     assert str(caught.value).isprintable()
 
@@ -342,7 +342,7 @@ def test_a_model_has_the_users_calibration_or_the_shipped_one_or_the_usual(
     found, origin = known_calibration(SCORER, "goal-last", end_of_turn=False)
     assert (found.temperature, origin) == (4.0, YOURS)
     file.write_text("{}")
-    with pytest.raises(InvalidInputError, match="delete the file"):
+    with pytest.raises(InvalidInputError, match="Delete it"):
         known()
 
 

@@ -116,12 +116,12 @@ def test_repeated_names_are_told_apart(tmp_path: Path) -> None:
     ("content", "told"),
     [
         (b"", "no column for the names"),
-        (b"name\n", "no named rows"),
+        (b"name\n", "no rows with a name"),
         (b"colour,weight\nred,2\n", "'colour', 'weight'"),
         (b"name\nTea\0\n", "NUL"),
         ("name\nTea\n".encode("utf-16"), "UTF-16|UTF-8"),
         ("name\nCaf\u00e9\n".encode("latin-1"), "0xe9 in line 2"),
-        (b'name\n"' + b"x" * 10_000_000 + b'"\n', "far too long"),
+        (b'name\n"' + b"x" * 10_000_000 + b'"\n', "very long cell"),
     ],
 )
 def test_what_cannot_load_is_refused_with_its_cause(
@@ -140,7 +140,7 @@ def test_a_wrong_column_option_is_refused_naming_the_right_ones(tmp_path: Path) 
 
 def test_a_missing_file_and_a_folder_are_refused(tmp_path: Path) -> None:
     for path in (tmp_path / "none.csv", tmp_path):
-        with pytest.raises(InvalidInputError, match="cannot be read"):
+        with pytest.raises(InvalidInputError, match="Cannot read"):
             Catalogue.load(path)
 
 

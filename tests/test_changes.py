@@ -142,9 +142,12 @@ def test_a_change_makes_cells_of_its_own_kind(tmp_path: Path, teach: Path) -> No
     [
         (PART.replace("6", "1"), "'change' must be at least 2"),
         (PART.replace("6", "true"), "'change' must be a whole number"),
-        (PART + "turns = 3", "Leave out 'jsonl', 'turns', 'goal_sets'"),
-        (PART + "goal_sets = 'hard'", "Leave out 'jsonl', 'turns', 'goal_sets'"),
-        (PART.replace("set = 'teach'", "jsonl = 'x'"), "Leave out 'jsonl', 'turns', 'goal_sets'"),
+        (PART + "turns = 3", "Leave out 'jsonl', 'turns' and 'goal_sets'"),
+        (PART + "goal_sets = 'hard'", "Leave out 'jsonl', 'turns' and 'goal_sets'"),
+        (
+            PART.replace("set = 'teach'", "jsonl = 'x'"),
+            "Leave out 'jsonl', 'turns' and 'goal_sets'",
+        ),
         (PART.replace("6", "11"), "No change of mind at round 11 can be scripted"),
         (PART.replace("teach", "teech"), "did you mean 'teach'?"),
     ],

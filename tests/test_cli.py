@@ -199,7 +199,7 @@ def test_infer_writes_a_belief_per_turn(tmp_path):
 
 def test_infer_leaves_foreign_files_alone(tmp_path):
     file = rows_file(tmp_path, ROW)
-    assert "no folder nodir. Make it" in fails(2, "infer", file, "--out", "nodir/b.jsonl")
+    assert "no folder nodir. Create it" in fails(2, "infer", file, "--out", "nodir/b.jsonl")
     for foreign in ("my notes", "my notes\n", '{"id": "other", "turn": 1}\n'):
         (tmp_path / "out.jsonl").write_text(foreign)
         assert "Name another file" in fails(2, "infer", file, "--out", tmp_path / "out.jsonl")
@@ -238,7 +238,7 @@ def test_infer_keeps_no_belief_of_other_words(tmp_path, words, turn, part):
     edited = json.loads(json.dumps({**ROW, "id": 2}))
     (edited if part == "task" else edited["turns"][turn])[part] += " So it is."
     rows_file(tmp_path, edited, ROW)
-    assert "belongs to other dialogues; name another one" in fails(2, *command)
+    assert "is for other dialogues. Name another file" in fails(2, *command)
     assert out.read_bytes() == made
 
 
@@ -255,11 +255,11 @@ def test_infer_does_not_mix_settings(tmp_path):
     plain = ("infer", file, "--out", out, "--adapter", "none")
     assert invoke(*plain).exit_code == 0
     said = fails(2, *plain, "--layout", "goal-first")
-    assert "made with layout 'goal-last' and not 'goal-first'; another" in said
+    assert "written with layout 'goal-last' and not 'goal-first'; another" in said
     assert "another calibration (" in said
     assert "{" not in said
     said = fails(2, *plain[:-2])
-    assert "made with adapter None and not 'general'; weights" in said
+    assert "written with adapter None and not 'general'; weights" in said
 
 
 def test_infer_believes_as_it_is_told(tmp_path, words):
@@ -280,7 +280,7 @@ def test_infer_believes_as_it_is_told(tmp_path, words):
     assert last[1][0] - last[1][1] == pytest.approx(odds[1])
     assert mine[0][0] - mine[0][1] == pytest.approx(odds[0] / 7)
     said = fails(2, "infer", file, "--out", tmp_path / "0.jsonl", "--calibration", "default")
-    assert "made with another calibration (temperature 1.0 and not 2.0, reference 0.0" in said
+    assert "written with another calibration (temperature 1.0 and not 2.0, reference 0.0" in said
     assert "no.json" in fails(2, "infer", file, "--out", tmp_path / "x", "--calibration", "no.json")
     assert not (tmp_path / "x").exists()
 

@@ -111,7 +111,9 @@ def test_what_is_better_than_what_was_fitted_is_told(data):
     best = min(losses, key=lambda name: losses[name])
     assert told["better"] == best != "held out"
     shown = " ".join(invoke("calibrate", "r.db", "--out", "mine.json").stdout.split())
-    assert f'By log-loss, "{best}" ({losses[best]:.3f}) is better than what was fitted' in shown
+    assert (
+        f'By log-loss, "{best}" ({losses[best]:.3f}) is better than the calibration fitted' in shown
+    )
     assert f"({losses['held out']:.3f})" in shown
 
 
@@ -122,7 +124,7 @@ def test_it_is_shown_in_words(data):
     made, _ = known_calibration(SCORER, "goal-last", end_of_turn=False)
     text = " ".join(shown.stdout.split())
     for words in ("small, goal-last", "12 of teach hard", "6 of [/b] hard", "held out", " %",
-                  f"temperature {made.temperature:g}", "kept in"):  # fmt: skip
+                  f"temperature {made.temperature:g}", "saved in"):  # fmt: skip
         assert words in text
 
 
@@ -130,7 +132,10 @@ def test_each_model_and_layout_has_its_own_from_all_files():
     fill("one.db", *cells(8), *cells(8, 2, layout="goal-first"), *cells(8, 4, model={}))
     fill("two.db", *cells(8, 1, set="casino"))
     said = fails(2, "calibrate", "one.db", "two.db", "--out", "mine.json")
-    assert "3 ways: small, goal-last; small, goal-first; SmolLM2-135M-Instruct, goal-last." in said
+    assert (
+        "3 different ways: small, goal-last; small, goal-first; SmolLM2-135M-Instruct, goal-last."
+        in said
+    )
     assert "--only" in said
     told = calibrated("one.db", "two.db")
     assert [(each["model"], each["layout"], each["dialogues"]) for each in told] == [
@@ -155,8 +160,8 @@ def test_of_several_models_and_layouts_one_is_named(data):
     assert told["calibration"]["n"] == 7
     assert known_calibration(SCORER, "goal-last", end_of_turn=False)[1] != YOURS
     said = fails(2, "calibrate", "r.db", "--only", "large, goal-last")
-    assert "no model 'large, goal-last'" in said
-    assert "There are: small, goal-last; small, goal-first; small, goal-last, end of turn." in said
+    assert "no results of 'large, goal-last'" in said
+    assert "They have: small, goal-last; small, goal-first; small, goal-last, end of turn." in said
 
 
 def test_what_was_not_measured_or_asked_for_is_passed_over(data):
@@ -177,14 +182,14 @@ def test_what_cannot_be_used_is_said_in_one_line(data, tmp_path):
     fill("lone.db", *cells(6, groups=1))
     for code, file, cause in [
         (2, "no.db", "There is no file no.db"),
-        (2, "text.db", "text.db is no database of goalscope"),
+        (2, "text.db", "text.db is not a SQLite file"),
         (2, "episodes.db", "no dialogues"),
         (2, "mcq.db", "no dialogues"),
         (2, "undone.db", "no dialogues"),
         (2, "lone.db", "at least three people"),
     ]:
         assert cause in fails(code, "calibrate", file)
-    assert "Name a file" in fails(2, "calibrate")
+    assert "Expected a file of results" in fails(2, "calibrate")
     assert not data.exists()
 
 
@@ -236,7 +241,7 @@ def test_reset_brings_back_what_was_used_before(data, monkeypatch):
         if len(rows) == 2:
             file.write_text("{")
     assert "`goalscope calibrate --reset` deletes your own" in result.stdout
-    assert "no calibration of 'large'" in fails(2, "calibrate", "--reset", "--only", "large")
+    assert "no calibration for 'large'" in fails(2, "calibrate", "--reset", "--only", "large")
     gone = invoke("calibrate", "--reset", "--only", "small, goal-last").stdout
     assert gone.startswith("Deleted: small, goal-last. ")
     assert known_calibration(SCORER, "goal-last", end_of_turn=False)[1] != YOURS

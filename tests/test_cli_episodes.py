@@ -88,7 +88,7 @@ def test_run_prints_the_outcomes_as_json_and_replays(shop, store_file):
     assert sum(told["rounds"][0]["belief"]["probability"]) == pytest.approx(1)
     assert told["rounds"][0]["turn"]["utterance"] in shown
     Path(shop[3]).write_text("")
-    assert "checks were met cannot be shown" in invoke("replay", outcome["episode"]).stdout
+    assert "Cannot show which checks were met" in invoke("replay", outcome["episode"]).stdout
 
 
 def test_of_many_people_it_is_said_who_is_done_and_the_json_stays_one_value(shop, words):
@@ -101,9 +101,9 @@ def test_of_many_people_it_is_said_who_is_done_and_the_json_stays_one_value(shop
 
 def test_who_is_to_be_simulated_is_asked_for_by_name(shop):
     assert fails(2, "run", *shop) == (
-        "Error: Say who is to be simulated: --profile all, or one of baker."
+        "Error: Choose whom to simulate: --profile all, or one of baker."
     )
-    assert "Is there such a file" in fails(2, "run", "nofile.py")
+    assert "an existing Python file" in fails(2, "run", "nofile.py")
 
 
 def test_a_profile_may_have_any_name(shop, store_file, words, tmp_path):
@@ -124,7 +124,7 @@ def test_a_profile_may_have_any_name(shop, store_file, words, tmp_path):
 def test_a_chat_in_which_nothing_was_said_is_not_kept(shop, store_file, words, lines):
     result = invoke("chat", *shop[:2], input=lines)
     assert result.exit_code == 0, result.output
-    assert "no episode is kept" in result.stderr
+    assert "no episode was saved" in result.stderr
     with Store.open(store_file) as store:
         assert store.episodes() == []
 
@@ -177,9 +177,9 @@ def test_a_resumed_episode_takes_no_options_that_it_would_not_heed(shop, store_f
         (info,) = store.episodes()
     resume = ("chat", "--resume", info.id)
     for options in (["--seed", 3], ["--method", "good"], ["--end-of-turn"], ["--propose", "paper"]):
-        assert f"leave out {options[0]}," in fails(2, *resume, *options)
-    assert "leave out domain, --seed," in fails(2, "chat", "house", *resume[1:], "--seed", 0)
-    assert "--picture is not for" in fails(2, *resume, "--picture", "x.svg")
+        assert f"Leave out {options[0]}," in fails(2, *resume, *options)
+    assert "Leave out domain, --seed," in fails(2, "chat", "house", *resume[1:], "--seed", 0)
+    assert "--picture does not apply to" in fails(2, *resume, "--picture", "x.svg")
     free = ["grocery", "--rounds", 9, "--store", store_file]
     assert invoke(*resume, *free, input="Milk.\n").exit_code == 0
     with Store.open(store_file) as store:

@@ -91,8 +91,8 @@ def test_questions_are_measured_once_and_printed(here):
     again = invoke("bench", "mcq", "q.jsonl")
     assert again.exit_code == 0
     assert again.stderr.splitlines() == [
-        "Missing: 1 of 3 cells. Each is kept in results/mcq-q.db once it is measured, and the same "
-        "command goes on."
+        "Missing: 1 of 3 cells. Results are saved in results/mcq-q.db as they come, and the "
+        "same command continues."
     ]
     assert "Isolated inference" in again.stdout
     assert [cell.attempts for cell in cells("mcq-q")] == [1, 1, 1]
@@ -188,7 +188,7 @@ def test_an_experiment_runs_every_kind_of_cell_and_then_has_nothing_left_to_do(h
     assert all(cell.result is not None and cell.attempts == 1 for cell in done)
     again = invoke("experiment", "run", "all.toml", "--json")
     assert json.loads(again.stdout) == [*found.values()]
-    assert again.stderr == "Nothing is missing: results/all.db keeps 9 cells.\n"
+    assert again.stderr == "Nothing is missing: results/all.db has all 9 cells.\n"
     assert [cell.attempts for cell in cells("all")] == [1] * 9
     with Results.open("results/all.db") as results:
         ids = {cell.result["episode"] for cell in done if cell.spec["kind"] == "episode"}
@@ -267,7 +267,7 @@ def test_cells_that_fail_are_told_after_the_tables(here, monkeypatch):
     assert result.exit_code == 1
     assert json.loads(result.stdout)[0]["name"] == "mcq"
     line = result.stderr.splitlines()[-1]
-    assert line.startswith("Error: 1 of 2 cells could not be measured")
+    assert line.startswith("Error: 1 of 2 cells failed")
     assert "fewer words" in line
 
 
@@ -284,10 +284,10 @@ def test_ctrl_c_says_what_is_kept(here, monkeypatch):
     result = invoke("bench", "mcq", "q.jsonl", "--json")
     assert result.exit_code == 130
     first, last = result.stderr.strip().splitlines()
-    assert first.startswith("Missing: 3 of 3 cells. Each is kept in results/mcq-q.db")
-    assert last == "results/mcq-q.db keeps 1 of 3 results; the same command goes on."
+    assert first.startswith("Missing: 3 of 3 cells. Results are saved in results/mcq-q.db")
+    assert last == "results/mcq-q.db has 1 of 3 results. The same command continues."
     reported = invoke("report", "results/mcq-q.db", "--json")
-    assert reported.stderr == "mcq-q: 1 of 3 cells are measured.\n"
+    assert reported.stderr == "mcq-q: 1 of 3 cells measured.\n"
     assert json.loads(reported.stdout)
     monkeypatch.setitem(work.KINDS, "mcq", measure)
     assert [*tables("bench", "mcq", "q.jsonl")] == ["mcq"]  # and no second time, as if retried

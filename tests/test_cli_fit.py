@@ -110,7 +110,7 @@ def test_the_card_and_its_figures_tell_how_it_was_made(finished: Finished) -> No
         assert line in map(str.strip, card.splitlines())
     assert "(goal-first)" in card
     assert "`goalscope fit X`" in card
-    assert "It began with no adapter." in card
+    assert "It started from no adapter." in card
     assert "None" not in card
     blocks = re.split(r"\n\s*\n", card)  # by which Markdown tells tables apart
     tables = [block.strip().splitlines() for block in blocks if block.strip().startswith("|")]
@@ -119,7 +119,7 @@ def test_the_card_and_its_figures_tell_how_it_was_made(finished: Finished) -> No
     assert facts["settings"] == asdict(SETTINGS)
     assert [each["step"] for each in facts["history"]] == [0, 3, 6]
     assert facts["best"] == min(facts["history"], key=lambda each: each["loss"])
-    weights = f"The weights are those of step {facts['best']['step']}, chosen on these dialogues"
+    weights = f"The weights are those of step {facts['best']['step']}, selected on these dialogues"
     assert weights in " ".join(card.split())
     for each in facts["history"]:
         figures = (each["loss"], each["log_loss"], each["auroc"])
@@ -144,8 +144,8 @@ def test_a_fit_may_begin_with_another(finished: Finished, path: Path, tmp_path: 
     before, after = (json.loads((f / "fit.json").read_text()) for f in (finished.folder, tmp_path))
     assert after["history"][0]["loss"] == pytest.approx(before["best"]["loss"], abs=0.02)
     assert re.fullmatch(
-        r"the adapter mine \(SHA-256 `[0-9a-f]{16}`\), which does not say what it learned from: "
-        r"perhaps from dialogues that validate",
+        r"the adapter mine \(SHA-256 `[0-9a-f]{16}`\), which does not say what it was "
+        r"fitted on, perhaps including the validation dialogues",
         after["start"],
     )
     model.clear_cache()
@@ -195,7 +195,7 @@ def test_the_command_fits_and_finished_folders_are_kept(
     assert kept.keys() == LEFT
     again = invoke(*fit(rows, out, path, "--validation", 1, "--json"))
     assert again.exit_code == 2
-    said = f"Error: {out} holds a finished adapter and no interrupted fit. Name a new folder"
+    said = f"Error: {out} contains a finished adapter but no interrupted fit. Name a new folder"
     assert last_error(again) == f"{said} with --out."
     assert len({each.stat().st_mode for each in out.iterdir()}) == 1
     assert {each.name: each.read_bytes() for each in out.iterdir()} == kept
@@ -209,18 +209,19 @@ def test_the_command_says_how_it_goes(path: Path, rows: Path, tmp_path: Path) ->
     result = invoke(*fit(rows, out, path, "--seed", 3))
     assert result.exit_code == 0, result.output
     assert re.fullmatch(
-        re.escape(str(out)) + r": least loss at step \d, \d\.\d{3} \(before \d\.\d{3}\), log-loss "
+        re.escape(str(out)) + r": lowest loss at step \d, \d\.\d{3} \(before \d\.\d{3}\), log-loss "
         r"\d\.\d{3} \(\d\.\d{3}\), top-1 "
         r"\d+% \(\d+%\), AUROC \d\.\d{3} \(\d\.\d{3}\) on 2 dialogues\n",
         result.stdout,
     )
-    assert "A validation on fewer than 20 dialogues says little." in result.stderr
+    assert "A validation on fewer than 20 dialogues is not reliable." in result.stderr
     steps = re.findall(r"^step +(\d) +loss \d\.\d{3}  log-loss \d", result.stderr, re.MULTILINE)
     assert steps == ["0", "2", "4"]
     stays = (
-        "No step lowered the loss: the adapter has the weights that it began with." in result.stderr
+        "No step lowered the loss, so the adapter has the weights that it started from."
+        in result.stderr
     )
-    assert stays == ("least loss at step 0," in result.stdout)
+    assert stays == ("lowest loss at step 0," in result.stdout)
     assert f"--adapter{out}" in "".join(result.stderr.split())  # which may be wrapped anywhere
     settings = json.loads((out / "fit.json").read_text())["settings"]
     assert (settings["seed"], settings["rank"]) == (3, 2)
@@ -255,12 +256,12 @@ def test_the_command_goes_on_where_it_was_stopped(
     assert [each.name for each in out.iterdir()] == ["state.pt"]
     said = invoke(*fit(rows, out, path, "--seed", 2))
     assert said.exit_code == 2
-    assert "begun with another settings" in " ".join(said.stderr.split())
+    assert "started with another settings" in " ".join(said.stderr.split())
     with monkeypatch.context() as patch:
         patch.setattr(plan.Fit, "_learn", broken_by(KeyboardInterrupt()))
         result = invoke(*fit(rows, out, path))
     assert result.exit_code == 130
-    assert "Interrupted. The same command resumes, at most ten steps back." in result.stderr
+    assert "Interrupted. The same command resumes, and repeats at most ten steps." in result.stderr
     result = invoke(*fit(rows, out, path))
     assert result.exit_code == 0, result.output
     assert "Resumed after step 2." in result.stderr
@@ -289,7 +290,7 @@ def test_where_the_end_cannot_be_written_the_same_command_goes_on(
     assert failed.exit_code == 1
     said = " ".join(failed.stderr.split())
     assert "No space left on device" in said
-    assert "the same command resumes from the state that was kept" in said
+    assert "the same command resumes from the saved state" in said
     left = {each.name for each in out.iterdir()}
     assert "state.pt" in left
     assert "adapter.gguf" not in left

@@ -45,7 +45,7 @@ def test_another_model_of_the_same_name_does_not_go_on(
         return Plan(source, tmp_path / "out", SETTINGS, **options).run(loaded, command="")
 
     assert next(steps(path)).validation
-    with pytest.raises(InvalidInputError, match="begun with another model"):
+    with pytest.raises(InvalidInputError, match="started with another model"):
         next(steps(other))
     assert [next(going).step for going in [steps(path)] for _ in range(2)] == [0, 1]
 
@@ -61,7 +61,7 @@ def test_what_it_began_with_neither_validates_nor_has_another_layout(
         replace(case(n), group=f"o{n}", turns=(Turn("What?", f"soap {n}"),)) for n in range(6)
     ]
     for sources, layout, said in (
-        ([Source("known", known, "1")], "goal-first", "has learned from all these dialogues"),
+        ([Source("known", known, "1")], "goal-first", "was fitted on all these dialogues"),
         ([Source("both", [*known, *others], "2")], "goal-last", "with the layout goal-first, not"),
     ):
         with pytest.raises(InvalidInputError, match=said):
@@ -72,15 +72,15 @@ def test_what_it_began_with_neither_validates_nor_has_another_layout(
 @pytest.mark.parametrize(
     ("code", "more", "said"),
     [
-        (2, ["--model", "http://host/v1#name"], "A server's model cannot be fitted."),
-        (2, ["--model", "https://host/v1"], "A server's model cannot be fitted."),
+        (2, ["--model", "http://host/v1#name"], "A model on a server cannot be fitted."),
+        (2, ["--model", "https://host/v1"], "A model on a server cannot be fitted."),
         (2, ["--learning-rate", 2], "--learning-rate must be between 0 and 1, not 2.0."),
         (2, ["--learning-rate", "nan"], "--learning-rate must be between 0 and 1"),
         (2, ["nowhere.jsonl"], "nowhere.jsonl cannot be read"),
         (2, ["nowhere"], "'nowhere' is neither a file"),
         (1, ["--start", "nowhere"], "There is no adapter at nowhere."),
         (1, ["--model", "nowhere.gguf"], "nowhere.gguf"),
-        (1, ["--model", "nowhere"], "There is no model folder at"),
+        (1, ["--model", "nowhere"], "There is no model folder"),
     ],
 )
 def test_what_cannot_be_fitted_is_refused_in_a_line(
@@ -106,7 +106,7 @@ def test_an_adapter_to_begin_with_has_a_rank_of_its_own(
     monkeypatch.setattr("goalscope.models.adapters.shipped", lambda: adapter)
     for more in ([], ["--model", path, "--start", finished.folder]):
         said = fails(2, "fit", rows, "--out", tmp_path / "out", "--rank", 4, *more)
-        assert "Leave out --rank, or begin with --start none." in said
+        assert "Leave out --rank, or use --start none." in said
     assert not (tmp_path / "out").exists()
 
 
@@ -116,7 +116,7 @@ def test_a_model_that_cannot_be_adapted_is_refused_before_anything_is_fitted(
     out = tmp_path / "out"
     result = invoke(*fit(rows, out, tiny(tmp_path / "odd", "gpt2", n_positions=1024)))
     assert result.exit_code == 1
-    assert "odd is a gpt2 model. Adapters can be made for" in last_error(result)
+    assert "odd is a gpt2 model. Adapters are supported for" in last_error(result)
     assert list(out.iterdir()) == []
 
 
@@ -131,10 +131,10 @@ def test_folders_that_cannot_be_taken_are_left_as_they_are(
     new = "Name a new folder with --out."
     with FileLock(busy / ".lock"):
         for code, out, said in (
-            (2, notes, f"{notes} holds notes.txt and no interrupted fit. {new}"),
+            (2, notes, f"{notes} contains notes.txt but no interrupted fit. {new}"),
             (2, file, f"{file} is a file. {new}"),
-            (1, file / "out", f"{file / 'out'} cannot be written: Not a directory."),
-            (2, busy, f"Another process fits an adapter in {busy}."),
+            (1, file / "out", f"Cannot write to {file / 'out'}: Not a directory."),
+            (2, busy, f"Another process is fitting an adapter in {busy}."),
         ):
             result = invoke(*fit(rows, out, path))
             assert (result.exit_code, last_error(result)) == (code, f"Error: {said}")
@@ -166,7 +166,7 @@ def test_what_is_too_long_is_refused_before_the_work_begins(
 
 def test_a_single_dialogue_is_too_few(path: Path, tmp_path: Path) -> None:
     out = tmp_path / "out"
-    for groups, said in (("a", "holds a single dialogue"), ("aa", "are of one group; some have")):
+    for groups, said in (("a", "has a single dialogue"), ("aa", "are in one group, but training")):
         assert said in fails(2, *fit(rows_file(tmp_path / "lone.jsonl", groups), out, path))
     assert not out.exists()
 

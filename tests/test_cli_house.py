@@ -86,7 +86,7 @@ def test_scene_is_replaced_only_by_force_and_never_our_own(tmp_path: Path) -> No
     assert invoke("house", "import", file).exit_code == 0
     assert "--force" in refused("house", "import", file)
     assert invoke("house", "import", file, "--force").exit_code == 0
-    assert "own scenes" in refused("house", "import", file, "--name", "Kitchen1", "--force")
+    assert "a built-in scene" in refused("house", "import", file, "--name", "Kitchen1", "--force")
 
 
 def test_an_unknown_liquid_is_told_at_import(tmp_path: Path) -> None:
@@ -113,7 +113,7 @@ def test_a_broken_scene_is_listed_with_its_error_among_the_others(tmp_path: Path
 
 def test_a_picture_that_cannot_be_written_is_refused(tmp_path: Path) -> None:
     for path in (tmp_path / "no" / "room.svg", tmp_path):
-        assert "Give another file" in refused("house", "show", "Bedroom1", "--svg", path)
+        assert "Name another file" in refused("house", "show", "Bedroom1", "--svg", path)
 
 
 def test_picture_is_drawn_into_a_file(tmp_path: Path) -> None:

@@ -40,15 +40,15 @@ def test_of_servers_that_start_at_once_all_have_the_same_key(folder: Path) -> No
 def test_a_key_that_is_not_as_it_was_made_is_refused_with_the_remedy(folder: Path) -> None:
     _, file = kept_key()
     file.write_text("short")
-    with pytest.raises(GoalscopeError, match=r"broken. Delete .*serve.key"):
+    with pytest.raises(GoalscopeError, match=r"damaged. Delete .*serve.key"):
         kept_key()
     file.write_text("k" * 32)
     file.chmod(0o640)
-    with pytest.raises(GoalscopeError, match="Others may read"):
+    with pytest.raises(GoalscopeError, match="Other users can read"):
         kept_key()
     file.unlink()
     file.mkdir()
-    with pytest.raises(GoalscopeError, match="cannot be kept") as error:
+    with pytest.raises(GoalscopeError, match="Cannot save the host key") as error:
         kept_key()
     assert "GOALSCOPE_KEY" in str(error.value)
 
@@ -62,7 +62,7 @@ def test_what_may_be_a_log_holds_no_key_and_a_restart_keeps_it(tmp_path: Path) -
         assert process.stdout
         address = process.stdout.readline().split()[-1]
         link, place = process.stdout.readline(), process.stdout.readline()
-        key = Path(place.removeprefix("The key is kept in ").strip().rstrip(".")).read_text()
+        key = Path(place.removeprefix("The key is saved in ").strip().rstrip(".")).read_text()
         assert key not in link
         bearer = {"authorization": f"Bearer {key}"}
         assert httpx.get(f"{address}api/options", headers=bearer).json()["host"] is True
@@ -75,5 +75,5 @@ def test_what_may_be_a_log_holds_no_key_and_a_restart_keeps_it(tmp_path: Path) -
 
 @pytest.mark.parametrize("what", ["key", "password"])
 def test_what_could_be_guessed_is_refused(what: str) -> None:
-    with pytest.raises(InvalidInputError, match=f"{what} could be guessed.* at least 16 char"):
+    with pytest.raises(InvalidInputError, match=f"{what} is too easy to guess.* at least 16 char"):
         serve(**{what: "k" * 15})

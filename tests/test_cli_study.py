@@ -12,8 +12,8 @@ METHODS = ("good", "no-goals", "no-inference")
 def test_on_the_command_line(tmp_path, monkeypatch):
     place = str(tmp_path / "s.db")
     monkeypatch.setenv("GOALSCOPE_STORE", place)
-    assert "no study yet" in invoke("study", "list").stdout
-    assert "No person has an episode" in fails(2, "study", "new", str(EXAMPLE))
+    assert "no studies yet" in invoke("study", "list").stdout
+    assert "No person has a finished episode" in fails(2, "study", "new", str(EXAMPLE))
     with Store.open(place) as store:
         fill(store, METHODS)
     assert "/study/grocery?id=..." in invoke("study", "new", str(EXAMPLE)).stdout
@@ -41,13 +41,16 @@ def test_a_study_is_closed_and_deleted(tmp_path, monkeypatch):
                 domain="grocery", method=method, model="m", task="You shop.", settings={}
             )
             store.finish(talk, ended="terminated")
-    assert "has 6 episodes to rate, which takes 5 people" in invoke("study", "new", EXAMPLE).stdout
+    assert (
+        "has 6 episodes to rate, which takes at least 5 people"
+        in invoke("study", "new", EXAMPLE).stdout
+    )
     shown = tmp_path / "shown.toml"
     text = EXAMPLE.read_text().replace("transcript = false", "transcript = true")
     shown.write_text(text.replace('"grocery"\ntitle', '"shown"\ntitle'))
     said = invoke("study", "new", shown).stdout
     assert "has 9 episodes" in said
-    assert "real people said in 3 of them" in said
+    assert "real people said in 3 of the episodes" in said
     invoke("study", "delete", "shown", "--yes")
     assert "no study" in fails(2, "study", "close", "grocer")
     assert "grocery is closed" in invoke("study", "close", "grocery").stdout
@@ -57,6 +60,6 @@ def test_a_study_is_closed_and_deleted(tmp_path, monkeypatch):
     assert invoke("study", "delete", "grocery", input="n\n").exit_code == 1
     assert json.loads(invoke("study", "list", "--json").stdout)[0]["rows"]
     said = invoke("study", "delete", "grocery", "--yes").stdout
-    assert said == "Study grocery is deleted, with all that 0 people answered. Its episodes stay.\n"
+    assert said == "Deleted study grocery and the answers of 0 people. Its episodes are kept.\n"
     assert json.loads(invoke("study", "list", "--json").stdout)[0]["rows"] == []
     assert "no study" in fails(2, "study", "delete", "grocery", "--yes")

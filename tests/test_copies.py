@@ -117,7 +117,7 @@ def test_where_there_is_no_room_no_copy_is_made(
 ) -> None:
     usage = type("Usage", (), {"free": 1})
     monkeypatch.setattr("goalscope.models.copies.shutil.disk_usage", lambda _: usage)
-    with pytest.raises(OSError, match="too little room"):
+    with pytest.raises(OSError, match="Not enough free space"):
         merged(embedded_path(), WRITER, tmp_path)
 
 

@@ -157,7 +157,7 @@ def test_a_number_names_the_goal_that_has_it_in_the_list(tmp_path) -> None:
     assert f"Why {pinned.goal.text}" in shown[2]
     assert "lamp light please" in shown[2]
     assert "You confirmed it after turn 1." in shown[2]
-    assert "by its number, 1 to 4" in shown[3]
+    assert "by its number (1 to 4)" in shown[3]
 
 
 @pytest.mark.parametrize(
@@ -165,13 +165,13 @@ def test_a_number_names_the_goal_that_has_it_in_the_list(tmp_path) -> None:
     [
         ("/help", "/reword NUMBER TEXT"),
         ("/help", "quit  "),
-        ("/pinn 1", "There is no command /pinn. /help lists"),
-        ("/drop 1", "There is no command /drop."),
+        ("/pinn 1", "Unknown command /pinn. /help lists"),
+        ("/drop 1", "Unknown command /drop."),
         ("/ please", "/help"),
         ("/veto 0", "1 to 3"),
         ("/pin 4", "1 to 3"),
-        ("/pin", "1 to 3, or in your own words; /goals"),
-        ("/veto", "1 to 3; /goals"),
+        ("/pin", "(1 to 3), or in your own words. /goals"),
+        ("/veto", "(1 to 3). /goals"),
         ("/why lamp", "1 to 3"),
         ("/reword 1", "empty"),
         ("/pin \ud83c", "surrogate"),
@@ -190,7 +190,7 @@ def test_a_chat_without_a_belief_says_so(tmp_path) -> None:
     lines = ["lamp", "/goals", "/help", "/veto 1", "please"]
     shown, _ = session(tmp_path, lines, method="no-goals")
     assert len(shown) == 3
-    assert all("holds no belief" in each for each in shown)
+    assert all("keeps no belief" in each for each in shown)
     assert "quit" in shown[1]
 
 
@@ -198,7 +198,7 @@ def test_a_chat_with_an_order_offers_only_what_it_can_do(tmp_path) -> None:
     lines = ["lamp light please", "/help", "/pin 1", "/why 1", "/goals"]
     (*refused, goals), (_, second) = session(tmp_path, [*lines, "please"], method="no-inference")
     for shown in refused:
-        assert "weighs no evidence" in shown
+        assert "computes no evidence" in shown
         assert "/goals" in shown
         assert "/pin NUMBER" not in shown
         assert "/why NUMBER" not in shown

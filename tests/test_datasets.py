@@ -445,7 +445,7 @@ def test_what_is_exported_is_what_is_read(tmp_path: Path) -> None:
     told = CliRunner().invoke(data, call)
     assert (told.exit_code, told.stdout) == (0, "")
     assert read_cases(out) == load("teach", tmp_path, goals=3)
-    assert "is there already" in str(CliRunner().invoke(data, call).exception)
+    assert "already exists" in str(CliRunner().invoke(data, call).exception)
 
 
 def test_a_compressed_file_is_no_dialogues(tmp_path: Path) -> None:

@@ -80,7 +80,7 @@ def test_a_round_tells_everything_in_order():
         "Unspecified",
         "+ make tea  explains tea",
         "- wash  least likely for 4 rounds",
-        "planned anew 1x",
+        "replanned 1x",
         "✓ add item: Green Tea x2  2 x Green Tea at $3.00",
         "✗ add item: Moon  not sold here",
         "Total  $6.00",
@@ -287,7 +287,7 @@ def test_episodes_go_by_what_tells_them_apart(changes, width, words):
 
 
 def test_an_empty_store_is_told_in_a_sentence():
-    assert drawn(show_episodes, []) == "No episode is stored yet. `goalscope chat` begins one.\n"
+    assert drawn(show_episodes, []) == "There are no episodes yet. `goalscope chat` starts one.\n"
 
 
 def test_people_read_the_name_by_which_they_know_the_embedded_model() -> None:

@@ -75,7 +75,7 @@ def test_a_fingerprint_tells_states_apart(garden: Environment) -> None:
         ("resolve", lambda *_: Resolution(), "`resolve` must give actions, or say why not, for "),
         ("offers", lambda self, text, limit: 1 / 0, r"`offers` fails \(.*ZeroDivisionError"),
         ("status", lambda self: None, r"`status\(\)` must be a text"),
-        ("answer", lambda *_: 5, "`answer` must give a text, not 5"),
+        ("answer", lambda *_: 5, "`answer` must return a text, not 5"),
         ("fingerprint", lambda self: 5, r"`fingerprint\(\)` must be a text, not 5"),
         ("undo", lambda *_: Resolution(), "`undo` must bring the state back, or say what it"),
     ],
@@ -120,7 +120,7 @@ def test_a_file_whose_environment_lacks_something_is_refused_before_it_runs(tmp_
         ("{ has = [] }", "check 1: 'has' must be a list of texts"),
         ('{ has = ["pnd"] }', "check 1: 'pnd' is unknown; did you mean 'pond'"),
         ('{ lack = ["pond"] }', "the key 'lack' is unknown; did you mean 'lacks'"),
-        ("{}", "check 1: it checks nothing; known are has, lacks"),
+        ("{}", "check 1: it has no condition; known are has, lacks"),
     ],
 )
 def test_a_check_is_a_list_of_things_that_there_are(
@@ -139,7 +139,7 @@ def test_a_domain_that_opens_no_environment_says_so(tmp_path: Path, made: str) -
     opening = f"def open_environment(profile):\n    return {made}\n\n"
     file.write_text(f"{opening}def load_profiles(path):\n    return ()\n")
     settings = Settings(domain=load_domain(str(file)))
-    with pytest.raises(InvalidInputError, match=r"mine\.py: open_environment returned .*, and no"):
+    with pytest.raises(InvalidInputError, match=r"mine\.py: open_environment must return .*, not"):
         open_environment(settings)
 
 
@@ -304,7 +304,7 @@ def test_a_file_that_a_stored_episode_names_is_run_only_if_the_user_names_it(
     assert resuming in invoke("why", info.id).stderr
     monkeypatch.setattr("goalscope.domains._OWN", {})
     mine.write_text(f"{GARDEN.read_text()}\nPath({str(tmp_path / 'ran')!r}).touch()\n")
-    assert f"{mine} is a file of Python" in fails(2, "chat", "--resume", info.id)
+    assert f"{mine} is a Python file" in fails(2, "chat", "--resume", info.id)
     assert not (tmp_path / "ran").exists()
     assert invoke("chat", mine, "--resume", info.id, input="add hedge\n").exit_code == 0
     assert f"{resuming} --rounds 4" in fails(2, "chat", mine, "--resume", info.id, "--rounds", "2")
@@ -316,10 +316,10 @@ def test_a_file_that_a_stored_episode_names_is_run_only_if_the_user_names_it(
 @pytest.mark.parametrize(
     ("text", "cause"),
     [
-        (None, "Is there such a file"),
+        (None, "an existing Python file"),
         ("def open_environment(profile): ...", "the function load_profiles is missing"),
         ("open_environment = load_profiles = 1", "the function open_environment is missing"),
-        ("x = 1\ndef f(:", r"own.py, line 2: .*syntax.*\. Correct the file"),
+        ("x = 1\ndef f(:", r"own.py, line 2: .*syntax.*\. Fix the file"),
         ("x = 1\nimport no_such_thing", r"line 2: ModuleNotFoundError: No module named 'no_such"),
         ("def f():\n    return nothing\nf()", "line 2: NameError: name 'nothing' is not defined"),
         ("import json\n\njson.loads('')", "line 3: JSONDecodeError: Expecting value"),
@@ -334,14 +334,14 @@ def test_what_is_no_domain_is_refused(tmp_path: Path, text: str | None, cause: s
         file.write_text(text)
     with pytest.raises(InvalidInputError, match=cause):
         load_domain(str(file))
-    with pytest.raises(InvalidInputError, match="Is there such a file"):
+    with pytest.raises(InvalidInputError, match="an existing Python file"):
         load_domain(str(tmp_path))
 
 
 def test_a_domain_without_people_says_so(tmp_path: Path) -> None:
     file = tmp_path / "empty.py"
     file.write_text("def open_environment(profile): ...\ndef load_profiles(path): return []\n")
-    assert "empty.py has no people" in fails(2, "run", str(file), "--profile", "all")
+    assert "empty.py has nobody to simulate" in fails(2, "run", str(file), "--profile", "all")
 
 
 def test_what_belongs_to_another_domain_is_refused_for_a_file() -> None:

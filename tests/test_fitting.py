@@ -230,8 +230,8 @@ def test_a_fit_goes_on_with_the_same_options_only(tmp_path: Path) -> None:
         (lambda: scripted(tmp_path, about={"base": "b", "start": "c"}), "base and another start"),
     ):
         message = refused(call)
-        assert f"holds a fit that was begun with another {said}." in message
-        assert "Give the same options to resume it, or name another folder with --out." in message
+        assert f"has a fit that was started with another {said}." in message
+        assert "Use the same options to resume it, or name another folder with --out." in message
 
 
 def test_what_no_fit_left_is_refused(tmp_path: Path) -> None:
@@ -304,7 +304,7 @@ def test_a_validation_that_is_not_finite_is_an_error(tmp_path: Path, groups: int
         model: Any = learner
         return Fit(model, [cases], held, QUICK, tmp_path / name, {})
 
-    with pytest.raises(GoalscopeError, match="Check that it is sound: `goalscope models check`"):
+    with pytest.raises(GoalscopeError, match="Test the model with `goalscope models check`"):
         list(fit("first", itertools.repeat(math.nan)).run())
     later = itertools.chain([0.0] * groups, itertools.repeat(math.nan))
     with pytest.raises(GoalscopeError, match=r"not finite at step 3\. Try a smaller --learning"):
@@ -324,5 +324,7 @@ def test_a_gradient_that_is_not_finite_changes_nothing(tmp_path: Path) -> None:
 
 def test_a_state_that_cannot_be_kept_is_an_error(tmp_path: Path) -> None:
     fit, _ = scripted(tmp_path / "gone")
-    with pytest.raises(GoalscopeError, match=r"state\.pt cannot be written.*resumes from it"):
+    with pytest.raises(
+        GoalscopeError, match=r"Cannot write .*state\.pt.*resumes from the previous state"
+    ):
         list(fit.run())

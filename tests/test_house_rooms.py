@@ -186,7 +186,7 @@ def test_a_basin_belongs_to_its_sink_and_a_knob_to_its_burner() -> None:
         (GOOD + 'label = "a\\u001bb"\n', "'label' must be a text"),
         (GOOD + 'label = "Fridge"\n', "'Fridge': this label is taken"),
         (GOOD + 'controls = "DiningTable"\n', "'controls' is for a StoveKnob"),
-        (GOOD + APPLE + 'on = "Apple"\n', "Apple is no receptacle"),
+        (GOOD + APPLE + 'on = "Apple"\n', "Apple is not a receptacle"),
         (GOOD + TABLE, "another one is at the same place"),
         (GOOD + TABLE.replace("0.7", "1.9") + APPLE + 'on = "DiningTable"', "are 2 of it"),
         (GOOD + TABLE.replace("0.7", "9"), "DiningTable: it reaches outside the room"),

@@ -89,7 +89,7 @@ def test_a_unity_that_is_killed_stops_the_robot_with_a_clear_error(unity: str) -
 
 
 def test_what_does_not_start_is_said(unity: str, tmp_path: Path) -> None:
-    with pytest.raises(InvalidInputError, match="no program"):
+    with pytest.raises(InvalidInputError, match="not an executable"):
         start_thor("Kitchen1", str(tmp_path / "missing"))
     with pytest.raises(GoalscopeError, match=r"does not start.*Atlantis"):
         start_thor("Atlantis", unity)

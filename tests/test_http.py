@@ -369,7 +369,7 @@ def test_refusals_keep_their_status() -> None:
     ],
 )
 def test_a_form_that_is_not_known_is_one_line(read: Callable[[], object]) -> None:
-    with pytest.raises(ModelError, match="form that is not known") as caught, understood(URL):
+    with pytest.raises(ModelError, match="an unknown form") as caught, understood(URL):
         read()
     assert URL in str(caught.value)
     assert "\n" not in str(caught.value)
@@ -382,7 +382,7 @@ def test_usage_adds_up_and_ignores_what_is_no_number() -> None:
     for _ in range(4):
         server.post("completions", {})
     assert (server.usage.prompt_tokens, server.usage.completion_tokens) == (14, 4)
-    assert str(server.usage).startswith("4 requests (0 of them again), 14 tokens read")
+    assert str(server.usage).startswith("4 requests (0 of them retries), 14 tokens read")
 
 
 # Models
@@ -394,14 +394,14 @@ def test_usage_adds_up_and_ignores_what_is_no_number() -> None:
 )
 def test_several_models_or_none_ask_for_a_name(data: object, said: str) -> None:
     server = asked(Replay(answer(200, {"data": data})), URL)
-    with pytest.raises(ModelError, match=f"these models: {said}.*#MODEL"):
+    with pytest.raises(ModelError, match=f"several models: {said}.*#MODEL"):
         _ = server.model
 
 
 @pytest.mark.parametrize("body", [[], 3, "x", {"data": 3}, {"data": [1]}, {"data": {"id": "m"}}])
 def test_a_list_of_models_in_another_form_is_an_error(body: object) -> None:
     server = asked(Replay(answer(200, body)), URL)
-    with pytest.raises(ModelError, match="form that is not known"):
+    with pytest.raises(ModelError, match="an unknown form"):
         _ = server.model
 
 

@@ -80,7 +80,7 @@ def test_two_servers_get_a_key_each(
 @pytest.mark.parametrize("said", ["", "soon", "0", "-1", "nan", "inf"])
 def test_patience_is_a_number_of_seconds(monkeypatch: pytest.MonkeyPatch, said: str) -> None:
     monkeypatch.setenv("GOALSCOPE_PATIENCE", said)
-    with pytest.raises(InvalidInputError, match="GOALSCOPE_PATIENCE must be seconds"):
+    with pytest.raises(InvalidInputError, match="GOALSCOPE_PATIENCE must be a number of seconds"):
         Server(URL)
 
 

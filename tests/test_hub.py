@@ -120,7 +120,7 @@ def test_the_only_gguf_file_is_fetched_listed_and_not_fetched_twice(
     ("arguments", "said"),
     [
         (("owner/two",), "a.gguf, b.gguf. Name one"),
-        (("owner/none",), "these GGUF files: none"),
+        (("owner/none",), "several GGUF files: none"),
         (("owner/one", "missing.gguf"), "no file missing.gguf"),
         (("owner/nowhere",), "owner/nowhere"),
         (("owner/nowhere", "x.gguf"), "owner/nowhere"),
@@ -142,6 +142,6 @@ def test_a_hub_that_is_away_is_said_in_the_end(tmp_path: Path) -> None:
     result = goalscope(tmp_path, "http://127.0.0.1:9", "models", "pull", "owner/one", "m.gguf")
     assert result.returncode == 1
     *_, last = result.stderr.strip().splitlines()  # after the client's own notes on its attempts
-    assert last.startswith("Error: owner/one could not be fetched")
+    assert last.startswith("Error: Cannot fetch owner/one")
     assert "Check the connection" in last
     assert "Traceback" not in result.stderr

@@ -110,7 +110,7 @@ def test_a_damaged_copy_is_to_be_deleted_and_the_embedded_model_installed(
 ) -> None:
     copy, own = tmp_path / "copy.gguf", embedded_path()
     copy.write_bytes(b"GGUF")
-    for path, said in ((copy, "Delete the copies in"), (own, "Install goalscope again")):
+    for path, said in ((copy, "Delete the copies in"), (own, "Reinstall goalscope")):
         tuning = Tuning(own, path, 1, Running(1))
         monkeypatch.setattr("goalscope.models.llamacpp.tuned", lambda *_, of=tuning: of)
         with monkeypatch.context() as patch:
@@ -201,7 +201,7 @@ def test_rules_for_which_the_model_has_no_token_end_in_an_error_and_not_the_proc
     model: LlamaCpp, temperature: float
 ) -> None:
     for rules in ('root ::= "tea\\x04"', 'root ::= "\U00040000"'):
-        with pytest.raises(UnreadableAnswerError, match="no token for what it would have to"):
+        with pytest.raises(UnreadableAnswerError, match="no token that fits the grammar"):
             model.generate(HISTORY, grammar=rules, temperature=temperature)
     with pytest.raises(ModelError, match="NUL"):
         model.generate(HISTORY, grammar='root ::= "a\0b"')

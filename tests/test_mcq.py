@@ -73,12 +73,12 @@ def test_a_limit_takes_the_first(tmp_path):
         (HEAD + "x,a,b,c,d,e,A\nx,a,b,c\n", "row 2: .*D, E, answer is missing"),
         (HEAD + "x,a,b,c,d,e,A,f\n", "row 1: .*more values"),
         (HEAD + "x,a,b,c,d,e,F\n", "row 1: 'answer' must be one of A, B, C, D, E, not 'F'"),
-        (HEAD, "no question"),
-        ("", "no question"),
+        (HEAD, "has no questions"),
+        ("", "has no questions"),
     ],
 )
 def test_a_csv_row_that_cannot_be_used_is_named(tmp_path, text, cause):
-    with pytest.raises(InvalidInputError, match=rf"q\.csv(, | holds ){cause}"):
+    with pytest.raises(InvalidInputError, match=rf"q\.csv(, | ){cause}"):
         read(tmp_path, text)
 
 

@@ -108,7 +108,7 @@ def test_what_is_no_name_is_refused(argument: str, bad: object) -> None:
 
 def test_a_folder_that_holds_no_model_is_refused(tmp_path: Path) -> None:
     (tmp_path / "a.gguf").touch()
-    with pytest.raises(ModelError, match=r"holds no config.json.*GGUF file.*: a\.gguf"):
+    with pytest.raises(ModelError, match=r"has no config.json.*GGUF file.*contains a\.gguf"):
         open_model(tmp_path)
 
 

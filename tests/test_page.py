@@ -249,7 +249,7 @@ def test_an_act_of_the_robot_waits_on_a_card(address: str, enter) -> None:
     rounds(page, 1)
     card = page.get_by_role("region", name="To confirm")
     expect(page.get_by_text("I understood")).to_have_count(1)
-    expect(card).to_contain_text("Nobody can undo that.")
+    expect(card).to_contain_text("This cannot be undone.")
     card.get_by_role("button", name="Not yet").click()
     rounds(page, 2)
     expect(page.get_by_role("log")).to_contain_text("No, not yet.")
@@ -287,12 +287,12 @@ def test_a_yes_to_what_has_changed_since_is_refused_and_shown_anew(address: str,
 
 def test_before_the_first_words_nothing_is_believed(page: Page) -> None:
     goals = page.get_by_role("region", name="Goals")
-    expect(goals.get_by_text("Nothing was said yet.")).to_be_visible()
+    expect(goals.get_by_text("Nothing has been said yet.")).to_be_visible()
     expect(goals.get_by_text("How sure")).to_have_count(0)
     expect(goals.get_by_text("None of these yet")).to_have_count(0)
     say(page, WANTS)
     rounds(page, 1)
-    expect(goals.get_by_text("Nothing was said yet.")).to_have_count(0)
+    expect(goals.get_by_text("Nothing has been said yet.")).to_have_count(0)
     expect(goals.get_by_text("How sure")).to_be_visible()
 
 
@@ -368,8 +368,8 @@ def test_what_a_correction_does_and_what_columns_mean_is_said(page: Page) -> Non
     meanings = goals.locator(".meanings")
     for column in goals.get_by_role("columnheader").all_inner_texts()[2:]:
         expect(meanings).to_contain_text(f"{column}: how")
-    expect(meanings).to_contain_text("among the goals of now")
-    goals.get_by_role("button", name="Say it otherwise").click()
+    expect(meanings).to_contain_text("among the current goals")
+    goals.get_by_role("button", name="Reword it").click()
     expect(goals.get_by_text("count as confirmed").first).to_be_visible()
     goals.get_by_role("textbox").first.fill("bake a tart")
     goals.get_by_role("button", name="Save").click()

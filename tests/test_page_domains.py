@@ -84,7 +84,7 @@ def test_the_replay_of_an_own_domain_names_what_was_done_and_the_state(
 def test_only_what_can_go_on_here_is_offered(page: Page, ids: tuple[str, str]) -> None:
     page.goto(f"{page.url}#/episodes")
     expect(page.locator(".episodes tbody tr")).to_have_count(2)
-    expect(page.get_by_role("link", name="Go on")).to_have_count(0)
+    expect(page.get_by_role("link", name="Continue")).to_have_count(0)
     expect(page.get_by_role("cell", name="a program's user")).to_be_visible()
     expect(page.get_by_role("cell", name="garden.py", exact=True)).to_be_visible()
 
@@ -97,8 +97,8 @@ def test_saved_pages_say_the_same(place: Path, ids: tuple[str, str], visit) -> N
             host.http.get(f"/api/episodes/{id}/export.html").text for id in ids
         ]  # fmt: skip
     assert "add: pond" in garden
-    assert "<h2>What came of it" in garden
+    assert "<h2>Outcome" in garden
     assert str(GARDEN.parent) not in garden
     assert "goal tracking" in program
     assert TASK in program
-    assert "<h2>What came of it" not in program
+    assert "<h2>Outcome" not in program

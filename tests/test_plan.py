@@ -164,7 +164,7 @@ def test_dialogues_are_a_dataset_or_a_file_of_ones_own_and_not_both(tmp_path):
         assert "either 'set'" in refused(tmp_path, f"dialogues = {{{text}}}", tmp_path)
     for text in ("goal_sets = 'random'", "split = 'valid_seen'"):
         said = refused(tmp_path, f"dialogues = {{jsonl = 'd.jsonl', {text}}}", tmp_path)
-        assert "names the goals" in said
+        assert "has its own goals" in said
 
 
 def test_a_scalar_stands_for_a_list_of_one(tmp_path):
@@ -315,7 +315,7 @@ def test_a_calibration_is_a_name_or_a_file_beside_the_toml_whose_content_counts(
         assert unknown.strip("[]").split(", ")[-1] in said
         assert "paper, default, last-turn" in said
     (tmp_path / "mine.json").write_text("{}")
-    assert "mine.json holds no calibration" in refused(tmp_path, part.format("'mine.json'"))
+    assert "mine.json is not a calibration" in refused(tmp_path, part.format("'mine.json'"))
     specs = []
     for temperature in (2.0, 2.0, 3.0):
         keep_calibration(tmp_path / "mine.json", Calibration(temperature), {})

@@ -341,7 +341,9 @@ def test_modules_are_named() -> None:
     assert modules_named(["plan", "remove", "plan"]) == ("plan", "remove")
     assert modules_named(["all"]) == MODULES
     assert modules_named([]) == ()
-    with pytest.raises(InvalidInputError, match=r"no module 'plans'\. There are: propose, remove"):
+    with pytest.raises(
+        InvalidInputError, match=r"no module 'plans'\. Choose one of propose, remove"
+    ):
         modules_named(["plans"])
 
 

@@ -213,7 +213,7 @@ def test_what_is_missing_failed_or_mixed_is_said(tmp_path: Path) -> None:
     assert "1 of 4 cells are not measured yet" in text
     assert "1 of 4 cells failed" in text
     assert "The server <b>is</b> away." in text
-    assert "measured with another code than others are mixed" in text
+    assert "mix cells measured with different code." in text
     values = [fact for fact in section.facts if fact.startswith("measured with")]
     told = "measured with (1 cell): code abc, prompts def, version 1, model small 123"
     assert values[0] == told
@@ -269,19 +269,19 @@ def test_other_files_of_a_folder_are_left_out_and_named(folder: Path) -> None:
     found = read_report(folder, draw=False)
     assert [section.name for section in found.sections] == ["beliefs", "mcq", "people", "talk"]
     assert ["broken.db" in found.skipped[0], "foreign.db" in found.skipped[1]] == [True] * 2
-    with pytest.raises(GoalscopeError, match=r"foreign\.db is another program's file"):
+    with pytest.raises(GoalscopeError, match=r"foreign\.db belongs to another program"):
         read_report(folder / "foreign.db")
 
 
 def test_where_there_are_no_results_it_says_how_to_make_some(tmp_path: Path) -> None:
-    with pytest.raises(InvalidInputError, match="holds no results"):
+    with pytest.raises(InvalidInputError, match="has no results"):
         read_report(tmp_path)
     with pytest.raises(InvalidInputError, match="There is no"):
         read_report(tmp_path / "nowhere")
     fill(tmp_path / "r.db", [mcq(1)])
     fill(tmp_path / "summary.db", [mcq(1)])
     assert read_report(tmp_path / "summary.db", draw=False).sections[0].name == "summary-2"
-    with pytest.raises(InvalidInputError, match="cannot be written"):
+    with pytest.raises(InvalidInputError, match="Cannot write"):
         write_report(read_report(tmp_path, draw=False), tmp_path / "r.db" / "sub.md")
     with pytest.raises(InvalidInputError, match=r"must end in \.md"):
         write_report(read_report(tmp_path, draw=False), tmp_path / "sub")

@@ -143,7 +143,7 @@ def test_people_who_are_edited_after_the_plan_are_not_measured(results, tmp_path
     specs = specs_of(shop(tmp_path, "silent"), None)
     (tmp_path / "people.toml").write_text(PEOPLE.replace("You want nothing.", "You want tea."))
     ((_, _, _, _), (_, error, done, _)) = run(specs, results)
-    assert "not those that were planned with" in error
+    assert "have changed since the experiment was planned" in error
     assert done == 0
     assert specs_of(shop(tmp_path, "silent"), None) == specs  # as they were before
 

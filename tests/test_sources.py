@@ -89,26 +89,26 @@ def test_true_goals_of_what_stands_before_are_no_wrong_goals(tmp_path: Path) -> 
 def test_a_dialogue_without_a_wrong_goal_left_is_left_out(tmp_path: Path) -> None:
     file = rows_file(tmp_path / "own.jsonl", "abc", goals=["Buy  MILK!", "buy rice"], true=1)
     assert ids(read_source(f"{file}[1:]", None)) == ["c1"]
-    assert "holds no dialogue" in refused(lambda: read_source(f"{file}[2:]", None))
+    assert "leaves no dialogues" in refused(lambda: read_source(f"{file}[2:]", None))
     assert ids(read_source(str(file), None)) == ["c0", "c1", "c2"]
 
 
 @pytest.mark.parametrize(
     ("name", "said"),
     [
-        ("", "names no file or dataset"),
+        ("", "is not a file or dataset"),
         ("nowhere", "'nowhere' is neither a file whose name ends in .jsonl nor a dataset; "),
         ("teech:train", "did you mean 'teach'?"),
-        ("own.jsonl[-4:]", "places are [FROM:TO], counted from 0"),
-        ("own.jsonl[2]", "places are [FROM:TO], counted from 0"),
+        ("own.jsonl[-4:]", "expected a slice [FROM:TO], counted from 0"),
+        ("own.jsonl[2]", "expected a slice [FROM:TO], counted from 0"),
         ("mcq", "neither"),
         ("own.json", "neither"),
         ("teach:night", "no split 'night'"),
         ("teach:train", "there is no file"),
         ("none.jsonl", "cannot be read"),
-        ("own.jsonl[3:]", "holds no dialogue"),
-        ("own.jsonl[1:1]", "holds no dialogue"),
-        ("own.jsonl[1:2]", "holds no dialogue"),
+        ("own.jsonl[3:]", "leaves no dialogues"),
+        ("own.jsonl[1:1]", "leaves no dialogues"),
+        ("own.jsonl[1:2]", "leaves no dialogues"),
     ],
 )
 def test_what_names_no_dialogue_is_refused(
@@ -168,7 +168,7 @@ def test_a_dialogue_validates_once_with_either_of_its_goal_sets() -> None:
 def test_a_single_group_is_refused() -> None:
     lone = Source("lone.jsonl", [replace(case(n), group="a") for n in range(9)], "3")
     message = refused(lambda: parted([*sources(), lone], validation=9, seed=1))
-    assert "All dialogues of lone.jsonl are of one group" in message
+    assert "All dialogues of lone.jsonl are in one group" in message
 
 
 def test_overlapping_parts_of_a_file_do_not_validate_what_the_other_teaches() -> None:
@@ -195,7 +195,7 @@ def test_what_was_learned_from_does_not_validate() -> None:
     assert {each.id for each in first[4:]} < {each.id for each in second}
     assert {each.id for each in first[:4]} < {each.id for each in train[0]}
     every = {said_key(each.turns) for each in mine}
-    with pytest.raises(InvalidInputError, match="learned from all these dialogues"):
+    with pytest.raises(InvalidInputError, match="fitted on all these dialogues"):
         parted([source], validation=10, seed=1, learned=every)
     assert parted([source], validation=10, seed=1, learned=learned)[1] == first
 
@@ -204,4 +204,6 @@ def test_a_source_that_validates_for_another_with_all_it_has_is_refused() -> Non
     parts = [Source(name, [case(0), case(1)], "1") for name in ("x", "x[:2]")]
     assert len(parted(parts, validation=9, seed=0)[0][1]) == 1
     said = refused(lambda: parted(parts, validation=9, seed=2))
-    assert said.startswith("All dialogues of x validate for another part of the same file. ")
+    assert said.startswith(
+        "All dialogues of x are already validation for another part of the same file. "
+    )

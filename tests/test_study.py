@@ -85,7 +85,7 @@ GOOD = 'name = "a"\nconsent = "Agree?"\ninstructions = "Rate."\n'
     ("text", "said"),
     [
         ('name = "a"\ninstructions = "b"', "'consent' is missing"),
-        (GOOD.replace('"a"', '"A b"'), "small letters"),
+        (GOOD.replace('"a"', '"A b"'), "lowercase letters"),
         (GOOD.replace("Agree?", " "), "'consent' must not be empty"),
         (GOOD + "ratings_per_items = 1", "did you mean 'ratings_per_item'"),
         (GOOD + "ratings_per_item = 0", "from 1 to"),
@@ -128,7 +128,7 @@ def test_a_robot_is_judged_by_what_it_did(store):
         StepResult(Action("slice", "watch"), False, "No."),
     )
     store.append(id, Round(1, Turn("What?", "Hide it."), None, (), results, 0, "", (), False))
-    with pytest.raises(InvalidInputError, match="No person has an episode that has ended"):
+    with pytest.raises(InvalidInputError, match="No person has a finished episode"):
         StudyStore(store).add(PLAN)
     store.finish(id, ended="truncated", score=0.0)
     studies = StudyStore(store)
@@ -164,7 +164,7 @@ def test_only_people_with_whom_each_method_has_an_episode_are_rated(store):
     assert rated(methods=("good",), transcript=True) == of_good
     assert rated(methods=("good",)) == of_good - {talks[0]}
     for more in ({"methods": ("good", "no-inference")}, {"domain": "house"}):
-        with pytest.raises(InvalidInputError, match="No person has an episode"):
+        with pytest.raises(InvalidInputError, match="No person has a finished episode"):
             StudyStore(store).add(replace(PLAN, **more))
     assert StudyStore(store).all() == []
 

@@ -190,4 +190,4 @@ def test_an_address_without_a_study_is_answered_in_a_sentence(address: str, brow
         page = context.new_page()
         assert page.goto(address.replace("/shop", "/shob")).status == 404
         expect(page.get_by_text("There is no such study.")).to_be_visible()
-        expect(page.get_by_text("Please check the address")).to_be_visible()
+        expect(page.get_by_text("Please check the link")).to_be_visible()

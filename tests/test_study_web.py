@@ -131,7 +131,7 @@ def test_strangers_need_no_password_for_a_study_and_see_nothing_else(address: st
             assert ann.http.get(f"/static/{other}").status_code == 200
     assert ann.http.get("/study/none").status_code == 404
     lacks = httpx.get(f"{address}{HOME}", params={"id": " "})
-    assert (lacks.status_code, "lacks your id" in lacks.json()["error"]) == (400, True)
+    assert (lacks.status_code, "id is missing" in lacks.json()["error"]) == (400, True)
     assert ann.http.get("/api/studies/none").json() == {"error": "There is no such study."}
     headers = {"origin": "https://evil.example"}
     assert (

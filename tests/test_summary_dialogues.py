@@ -155,7 +155,7 @@ def test_dialogues_that_the_adapter_learned_from_are_counted() -> None:
     cells = [dialogue(n, 0, 1, **{"role-play": [SURE]}, learned=n < 2) for n in range(3)]
     assert (
         dialogues_table(cells).notes[0]
-        == "The model's adapter has LEARNED from 2 of these dialogues."
+        == "The model's adapter was TRAINED on 2 of these dialogues."
     )
     cells = [dialogue(n, 0, 1, **{"role-play": [SURE]}, learned=False) for n in range(3)]
     assert not [each for each in dialogues_table(cells).notes if "LEARNED" in each]

@@ -210,7 +210,7 @@ def test_a_closed_session_is_read_and_not_changed(id: str, trackers: Trackers) -
 def test_a_session_belongs_to_its_model(id: str, kitchen: Kitchen) -> None:
     kitchen.model = type("Other", (WordModel,), {"name": "other"})()
     assert kitchen.trackers.read(id).id == id
-    with pytest.raises(ConflictError, match="belongs to the model words"):
+    with pytest.raises(ConflictError, match="uses the model words"):
         kitchen.trackers.observe(id, 1, *CAKE)
 
 
@@ -260,10 +260,10 @@ def test_a_round_that_has_changed_meanwhile_is_not_overwritten(id: str, kitchen:
         lambda: kitchen.store.amend(id, old, replace(old, status="two")),
         lambda: kitchen.store.append(id, replace(old, number=2), after=old),
     ):
-        with pytest.raises(GoalscopeError, match="has gone on meanwhile"):
+        with pytest.raises(GoalscopeError, match="was changed elsewhere"):
             change()
     kitchen.trackers.observe(id, 2, *CAKE)
-    with pytest.raises(GoalscopeError, match="has gone on meanwhile"):
+    with pytest.raises(GoalscopeError, match="was changed elsewhere"):
         kitchen.store.amend(id, replace(old, status="one"), old)
     assert kitchen.store.rounds(id)[0].status == "one"
 

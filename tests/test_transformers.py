@@ -357,7 +357,7 @@ def test_other_ends_than_the_tokenizers_end_a_reply_too(tmp_path: Path) -> None:
 
 
 def test_what_is_missing_is_named(tmp_path: Path) -> None:
-    with pytest.raises(ModelError, match="no model folder at"):
+    with pytest.raises(ModelError, match="There is no model folder"):
         chat_tokenizer(tmp_path / "none")
     with pytest.raises(ModelError, match=r"no tokenizer\.json"):
         chat_tokenizer(tmp_path)

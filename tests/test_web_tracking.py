@@ -153,7 +153,7 @@ def test_a_body_that_is_another_is_refused_with_what_is_taken(
 def test_what_a_request_gets_wrong_is_named(mine: str, program: Program) -> None:
     reword = program.post(f"{mine}/corrections", json={"kind": "reword", "goal": GOALS[0]})
     assert reword.json() == {"error": "The new wording is empty. Give at least one word."}
-    gone = {"error": "There is no such session, or it is somebody else's."}
+    gone = {"error": "There is no such session, or it belongs to somebody else."}
     assert program.get("/api/trackers/none").json() == gone
     assert "openapi.json" in program.get("/api/nowhere").json()["error"]
     assert "openapi.json" in program.delete("/api/trackers").json()["error"]

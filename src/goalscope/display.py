@@ -218,7 +218,7 @@ def show_done(console: Console, round: Round) -> None:
             )
             for result in round.results
         ],
-        f"Actions (planned anew {round.replans}x)" if round.replans else "Actions",
+        f"Actions (replanned {round.replans}x)" if round.replans else "Actions",
     )
     if round.status:
         status = terminal_safe(round.status)
@@ -278,7 +278,7 @@ def show_scores(console: Console, scored: Sequence[Scored]) -> None:
 def show_episodes(console: Console, infos: Sequence[EpisodeInfo]) -> None:
     """Print a table of stored episodes, with fewer columns on a narrow terminal."""
     if not infos:
-        console.print("No episode is stored yet. `goalscope chat` begins one.")
+        console.print("There are no episodes yet. `goalscope chat` starts one.")
         return
     columns: dict[str, list[str]] = {
         "id": [info.id for info in infos],
@@ -360,18 +360,19 @@ def show_reasons(
     for each in reasons:
         if each.change >= LEAST_CHANGE:
             console.print(
-                f"Before turn {each.turn} the person may have changed their mind "
-                f"({each.change:.0%}): what was said earlier counts so much less."
+                f"The person may have changed their mind before turn {each.turn} "
+                f"({each.change:.0%}), so earlier words count that much less."
             )
     for turns, each in pinned:
         named = "it" if each == goal else f'"{each.text}"'
         console.print(terminal_safe(f"You confirmed {named} {_when(turns)}."))
     console.print(
-        "Evidence is against the mean of the other goals: words that speak for a goal can "
-        "still make it less likely, as another goal gains more. Then: the belief after "
-        "these words, over the goals of now; where goals came or went since, the round itself "
-        "showed another. Without it: the belief now, had it not been said."
-        + " Words that name nothing and tell no aim count 0."
+        "Evidence is relative to the mean of the other goals. Words that favour a goal can "
+        "still make it less likely if another goal gains more. Then: the belief after these "
+        "words, over the current goals; if goals were added or removed since, the round "
+        "itself showed a different belief. Without it: the current belief without these "
+        "words."
+        + " Words without content about a goal count 0."
         * any(not e.evidence for e in reasons),
         style="dim",
     )

@@ -124,15 +124,14 @@ def load_domain(name: str) -> str:
     spec = importlib.util.spec_from_file_location(f"goalscope_domain_{path.stem}", path)
     if not path.is_file() or spec is None or spec.loader is None:
         raise InvalidInputError(
-            f'A domain is "grocery", "house" or a file of Python, not {name!r}. Is there such a '
-            "file, and does its name end in .py?"
+            f'A domain must be "grocery", "house" or an existing Python file (.py), not {name!r}.'
         )
     module = sys.modules[spec.name] = importlib.util.module_from_spec(spec)
     try:
         spec.loader.exec_module(module)
     except (Exception, SystemExit) as error:  # whatever it runs into
         del sys.modules[spec.name]
-        raise InvalidInputError(f"{name}{_where(error, path)}. Correct the file.") from error
+        raise InvalidInputError(f"{name}{_where(error, path)}. Fix the file.") from error
     for function in ("open_environment", "load_profiles"):
         if not callable(getattr(module, function, None)):
             raise InvalidInputError(f"{name}: the function {function} is missing.")
@@ -168,7 +167,7 @@ def _own(domain: str) -> Any:
     """The module of a domain that is a file."""
     if domain not in _OWN:
         raise InvalidInputError(
-            f"The domain {domain} is a file of Python, which is run only where it is named on the "
+            f"The domain {domain} is a Python file, which only runs if you name it on the "
             "command line, such as `goalscope chat FILE.py --resume ID`."
         )
     return _OWN[domain]
@@ -180,13 +179,13 @@ def open_environment(settings: Settings, profile: Profile | None = None) -> Envi
         found = _own(settings.domain).open_environment(profile)
         if not isinstance(found, Environment):
             raise InvalidInputError(
-                f"{settings.domain}: open_environment returned {found!r}, and no "
-                "goalscope.envs.Environment."
+                f"{settings.domain}: open_environment must return a "
+                f"goalscope.envs.Environment, not {found!r}."
             )
         for name in missing(found):
             raise InvalidInputError(
                 f"{settings.domain}: `{name}` is missing in {type(found).__name__}. Add it; "
-                "docs/domain.md says what it must do."
+                "see docs/domain.md."
             )
         try:
             check_verbs(found.verbs, found.examples)
@@ -206,15 +205,16 @@ def open_environment(settings: Settings, profile: Profile | None = None) -> Envi
     if settings.simulator == "thor":
         if profile and not settings.scene:
             raise InvalidInputError(
-                f"{profile.name} is at home in {scene}, which AI2-THOR may not have. Name one of "
-                "its scenes with --scene."
+                f"The profile {profile.name} needs the scene {scene}, which AI2-THOR may not "
+                "have. Name one of its scenes with --scene."
             )
         return HomeRobot(start_thor(scene or THOR_SCENE, settings.unity))
     loaded = load_scene(scene or SCENE)
     notes = loaded.notes
     if profile and settings.scene and settings.scene != profile.scene:
         notes += (
-            f"{profile.name} is at home in {profile.scene}; this room may lack what it needs.",
+            f"The profile {profile.name} is written for {profile.scene}; this room may lack "
+            "what it needs.",
         )
     return HomeRobot(HouseController(loaded), notes=notes)
 
@@ -270,6 +270,6 @@ def profile_named(settings: Settings, name: str) -> Profile:
     profiles = {profile.name: profile for profile in profiles_of(settings)}
     if name not in profiles:
         raise InvalidInputError(
-            f'There is no profile "{name}". There are: {", ".join(profiles)}; or say "all".'
+            f'There is no profile "{name}". Choose one of {", ".join(profiles)}, or "all".'
         )
     return profiles[name]

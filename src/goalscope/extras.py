@@ -1,4 +1,4 @@
-"""Packages that only some parts need, and the extra that brings each of them."""
+"""Optional packages, and the extra that installs each of them."""
 
 from __future__ import annotations
 

@@ -33,10 +33,10 @@ def trim_output(
     try:
         data = out.read_bytes() if out.exists() else b""
     except OSError as error:
-        raise InvalidInputError(f"{out} cannot be read: {error.strerror or error}.") from error
+        raise InvalidInputError(f"Cannot read {out}: {error.strerror or error}.") from error
     *lines, torn = data.split(b"\n")  # a crash can tear the last line
     if torn[:6] != b'{"id":'[: len(torn)]:
-        raise InvalidInputError(f"{out} ends in something else's words. Name another file.")
+        raise InvalidInputError(f"{out} was not written by `goalscope infer`. Name another file.")
     done = kept = position = 0
     for dialogue in dialogues:
         for turn in range(1, len(dialogue.turns) + 1):
@@ -49,7 +49,7 @@ def trim_output(
             continue
         break
     if position < len(lines):
-        raise InvalidInputError(f"{out} holds more than these dialogues. Name another file.")
+        raise InvalidInputError(f"{out} has results of other dialogues. Name another file.")
     size = sum(len(line) + 1 for line in lines[:kept])
     if size < len(data):
         _write(out, b"", size)
@@ -150,12 +150,12 @@ def _check_line(
         made = cast("dict[str, Any]", made_with if isinstance(made_with, dict) else {})
         other = "; ".join(_differences(made, settings))
         raise InvalidInputError(
-            f"{out}, line {number}: made with {other}. Name another file, or delete this one."
+            f"{out}, line {number}: written with {other}. Name another file, or delete this one."
         )
     if found != expected:
         raise InvalidInputError(
-            f'{out}, line {number}: expected turn {turn} of "{dialogue.id}" with its words and '
-            "goals. The file belongs to other dialogues; name another one."
+            f'{out}, line {number}: expected turn {turn} of "{dialogue.id}" with its words '
+            "and goals. The file is for other dialogues. Name another file."
         )
 
 
@@ -190,6 +190,6 @@ def _write(out: Path, data: bytes, size: int | None = None) -> None:
             os.fsync(file.fileno())
     except OSError as error:
         raise GoalscopeError(
-            f"{out} cannot be written: {error.strerror or error}. "
-            "Free some space or name another file; what is complete in it is kept."
+            f"Cannot write {out}: {error.strerror or error}. Free some space or name another "
+            "file; complete results in it are kept."
         ) from error

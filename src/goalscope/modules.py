@@ -32,7 +32,7 @@ def modules_named(names: Iterable[str]) -> tuple[Module, ...]:
     for name in names:
         if name not in (*MODULES, "all"):
             raise InvalidInputError(
-                f"There is no module {name!r}. There are: {', '.join(MODULES)}; or say all."
+                f"There is no module {name!r}. Choose one of {', '.join(MODULES)}, or all."
             )
         found.extend(each for each in MODULES if name in (each, "all"))
     return tuple(dict.fromkeys(found))

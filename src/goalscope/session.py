@@ -1,4 +1,4 @@
-"""An episode that is stored while it runs, so that it can be resumed after any interruption."""
+"""An episode stored as it runs, so that it can be resumed after any interruption."""
 
 from __future__ import annotations
 
@@ -40,7 +40,7 @@ def resuming(info: EpisodeInfo) -> str:
 
 def more_rounds(info: EpisodeInfo, rounds: int) -> str:
     """How to resume an episode that has had its `rounds`."""
-    return f"To go on, say `{resuming(info)} --rounds {2 * rounds}`."
+    return f"To continue, run `{resuming(info)} --rounds {2 * rounds}`."
 
 
 def saved_settings(info: EpisodeInfo, *, rounds: int | None = None) -> Settings:
@@ -55,7 +55,7 @@ def saved_settings(info: EpisodeInfo, *, rounds: int | None = None) -> Settings:
     """
     if info.domain == TRACKING:
         raise InvalidInputError(
-            f"Episode {info.id} belongs to another program, and only that one can go on with it."
+            f"Episode {info.id} belongs to another program, and only that program can continue it."
         )
     settings = settings_of(info.settings)
     if rounds is not None:
@@ -66,8 +66,8 @@ def saved_settings(info: EpisodeInfo, *, rounds: int | None = None) -> Settings:
         )
     if info.rounds >= settings.rounds:
         raise InvalidInputError(
-            f"Episode {info.id} has had its {pluralize(settings.rounds, 'round')}. "
-            + more_rounds(info, settings.rounds)
+            f"Episode {info.id} has reached its limit of "
+            f"{pluralize(settings.rounds, 'round')}. " + more_rounds(info, settings.rounds)
         )
     return settings
 

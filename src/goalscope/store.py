@@ -28,7 +28,7 @@ __all__ = ["Ended", "EpisodeInfo", "Store", "new_episode"]
 Ended = Literal["terminated", "truncated"]
 """How an episode ended: task complete, or out of rounds."""
 
-_CHANGED = "Episode {} has gone on meanwhile (in another window?). Try again."
+_CHANGED = "Episode {} was changed elsewhere (in another window?). Try again."
 
 
 @dataclass(frozen=True, slots=True)
@@ -208,8 +208,8 @@ class Store:
                 connection.execute(ROUNDS.insert(), values)
             except IntegrityError as error:
                 raise ConflictError(
-                    f"Round {round.number} of episode {id} cannot be added: the episode has such a "
-                    "round already (does it run in another window?) or is unknown."
+                    f"Cannot add round {round.number} to episode {id}: it already has such a "
+                    "round (is it open in another window?), or the episode is unknown."
                 ) from error
             if end:
                 _finish(connection, id, *end)
@@ -290,7 +290,7 @@ class Store:
             return [round_from_json(text) for text in texts]
         except (ValueError, LookupError, TypeError) as error:
             raise GoalscopeError(
-                f"A round of episode {info.id} in {self.place} cannot be read: {error}"
+                f"Cannot read a round of episode {info.id} in {self.place}: {error}"
             ) from error
 
     def episode(self, id: str) -> EpisodeInfo:

@@ -46,7 +46,7 @@ MAX_TEXT, MAX_GOAL = 4000, 500
 CACHED = 16
 """Sessions whose rounds stay in memory."""
 
-TOO_MANY = f"A session has at most {MAX_GOALS} goals. Rule some out, or leave some out."
+TOO_MANY = f"A session has at most {MAX_GOALS} goals. Rule out or leave out some."
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -361,8 +361,8 @@ class Trackers:
         model = self._model()
         if model_name(model) != session.info.model:
             raise ConflictError(
-                f"This session belongs to the model {session.info.model}, not to "
-                f"{model_name(model)}. Open another one."
+                f"This session uses the model {session.info.model}, not {model_name(model)}. "
+                "Open another one."
             )
         likelihood = roleplay_of(settings_of(session.info.settings), model)
         tracker = GoalTracker(task=session.task, likelihood=likelihood)
@@ -401,7 +401,7 @@ def _new(belief: Belief, goals: object) -> list[Goal]:
     """Those goals that the belief does not hold yet."""
     asked = distinct(_checked(goals), belief.goals)
     if UNSPECIFIED in asked:
-        raise InvalidInputError(f"{UNSPECIFIED.text!r} is always among the goals; leave it out.")
+        raise InvalidInputError(f"{UNSPECIFIED.text!r} is always among the goals. Leave it out.")
     found = [goal for goal in asked if goal not in belief.goals]
     if len(belief.goals) + len(found) > MAX_GOALS + 1:
         raise InvalidInputError(TOO_MANY)

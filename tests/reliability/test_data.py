@@ -241,7 +241,7 @@ def test_a_calibration_is_the_old_or_the_new_whatever_stops_its_writing(
     whole = file.read_text()
     for size in range(len(whole) - 1):  # by another program
         file.write_text(whole[:size])
-        with pytest.raises(InvalidInputError, match="holds no calibration"):
+        with pytest.raises(InvalidInputError, match="is not a calibration"):
             calibration_named(str(file))
 
 

@@ -108,7 +108,7 @@ def test_an_experiment_goes_on_with_what_it_was_begun_with_or_not_at_all(
         file.write(json.dumps({**QUESTIONS[0], "id": 9, "prompt": "More?"}) + "\n")
     CHANGES[what](package, monkeypatch)
     _forget()
-    with pytest.raises(InvalidInputError, match=f"another {what.split()[0]}.*say --anyway"):
+    with pytest.raises(InvalidInputError, match=f"another {what.split()[0]}.*use --anyway"):
         steps(folder)
     assert contents(folder) == before
     assert len(steps(folder, anyway=True)[0]) == 1

@@ -1,4 +1,4 @@
-"""Isolated inference (Sec. 4.1): whose rephrased answer explains the words of the right one?"""
+"""Isolated inference (Sec. 4.1): which choice's paraphrases best explain the answer?"""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ BLANK = "What do you say?"
 """What the agent asks in the control without the question."""
 
 _LONGEST_KEY = 20
-"""Most characters in the name of a choice."""
+"""Maximum length of the name of a choice."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -42,11 +42,11 @@ class Question:
     """One multiple-choice question.
 
     Attributes:
-        id: Of its own within a file.
+        id: Unique within a file.
         prompt: The question.
         choices: The words of each choice, by its letter.
-        answer: Letter of the right one.
-        rephrasings: Of each choice, by its letter; empty where they are still to be written.
+        answer: Letter of the right choice.
+        rephrasings: Paraphrases of each choice, by its letter; empty if they are not written yet.
     """
 
     id: str
@@ -63,12 +63,12 @@ def read_questions(file: Path, limit: int | None = None) -> list[Question]:
     "rephrasings": {"A": [...], ...}}`; the columns of a CSV file are prompt, A to E, answer.
 
     Raises:
-        InvalidInputError: The file cannot be read, or a row cannot be used; names the row.
+        InvalidInputError: The file cannot be read, or a row is invalid; the message names the row.
     """
     rows = _csv_rows(file) if file.suffix.lower() == ".csv" else own_rows(file)
     questions = [_question(row) for row in islice(rows, limit)]
     if not questions:
-        raise InvalidInputError(f"{file} holds no question.")
+        raise InvalidInputError(f"{file} has no questions.")
     ((double, count),) = Counter(question.id for question in questions).most_common(1)
     if count > 1:
         raise InvalidInputError(f"{file}: two questions have the id {shown(double)}.")
@@ -76,13 +76,13 @@ def read_questions(file: Path, limit: int | None = None) -> list[Question]:
 
 
 def rephrase(generator: Generator, question: Question, *, count: int = 4) -> Question:
-    """The question with rephrasings of each choice, written by a model (Sec. 4.1).
+    """The question with paraphrases of each choice, written by a model (Sec. 4.1).
 
-    Where a model gives too few that differ, those that it gives are repeated in turn, which changes
-    neither the likeliest goal nor any choice's share.
+    If the model writes too few different ones, they are repeated in turn, which changes neither the
+    likeliest goal nor any choice's share.
 
     Raises:
-        ModelError: The model gives none for a choice but the choice's own words, or nothing.
+        ModelError: The model only repeats the words of a choice, or writes nothing.
     """
     written: dict[str, list[str]] = {}
     for letter, choice in question.choices.items():
@@ -103,8 +103,8 @@ def rephrase(generator: Generator, question: Question, *, count: int = 4) -> Que
                 break
         if not found:
             raise ModelError(
-                f"The model said choice {letter} of the question {shown(question.id)} in no other "
-                f"words, {3 * count} times. Name a better writer with --generator."
+                f"The model failed {3 * count} times to rephrase choice {letter} of the "
+                f"question {shown(question.id)}. Name a better writer with --generator."
             )
         written[letter] = list(islice(cycle(found.values()), count))
     return Question(question.id, question.prompt, question.choices, question.answer, written)
@@ -175,7 +175,7 @@ def _question(row: Row) -> Question:
     label = row.label
     choices, answer = row.row("choices"), row.text("answer")
     if len(choices.values) < 2:
-        raise InvalidInputError(f"{label}: 'choices' must hold at least two texts.")
+        raise InvalidInputError(f"{label}: 'choices' must have at least two texts.")
     for key in choices.values:
         if not (key.isprintable() and 0 < len(key) <= _LONGEST_KEY):
             raise InvalidInputError(

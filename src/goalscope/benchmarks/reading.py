@@ -1,4 +1,4 @@
-"""Scores how messages are read: a model's orders against those that people wrote down."""
+"""Evaluate reading: compare a model's orders with those annotated by people."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ __all__ += ["read_corpus", "read_languages", "read_lines", "read_rows", "score"]
 Row = TypeVar("Row")
 
 THRESHOLDS = (0.05, 0.1, 0.25, 0.5, 1.0, 2.0)
-"""Margins in nats of which `asking` tells the cost."""
+"""Thresholds in nats for `asking`."""
 
 _ARTICLES = frozenset(
     "a an the some any this that these those my our your his her their".split()  # noqa: SIM905
@@ -43,15 +43,15 @@ _ARTICLES = frozenset(
 
 @dataclass(frozen=True, slots=True)
 class Line:
-    """A message of a corpus, and what it comes to.
+    """A message of a corpus, and its orders.
 
     Attributes:
         id: Its name.
-        domain: Where it was said.
+        domain: Domain of the message.
         context: The person's earlier messages, oldest first.
-        question: What the agent had asked; "" where it does not matter.
+        question: The agent's question; "" if it does not matter.
         message: The message.
-        orders: What it comes to.
+        orders: The right orders.
     """
 
     id: str
@@ -64,16 +64,16 @@ class Line:
 
 @dataclass(frozen=True, slots=True)
 class Score:
-    """How like readings are to the right ones, shares from 0 to 1.
+    """The accuracy of readings, as shares from 0 to 1.
 
     Attributes:
         lines: Messages.
         exact: Share of messages whose orders are all right, their quantities and places too.
-        precision: Of orders by verb and thing.
+        precision: Precision of orders by verb and target.
         recall: Likewise.
         f1: Likewise.
-        quantity_f1: The same, where quantity and unit must be right, too.
-        unread: Share of messages that the model wrote no reading for.
+        quantity_f1: F1 with quantities and units.
+        unread: Share of messages without a valid reading.
     """
 
     lines: int
@@ -87,15 +87,15 @@ class Score:
 
 @dataclass(frozen=True, slots=True)
 class Asking:
-    """What it costs to ask about orders whose margin is below a threshold.
+    """The cost of asking about orders whose margin is below a threshold.
 
-    Of the orders by a domain's verb, as they were read:
+    Over the read orders with a domain's verb:
 
     Attributes:
         threshold: Nats.
-        asked: Share that is asked about.
-        wrong_done: Share that is wrong, of those that are done at once.
-        right_asked: Share that is right, of those that are asked about.
+        asked: Share of orders that the agent asks about.
+        wrong_done: Share of wrong orders among those executed at once.
+        right_asked: Share of right orders among those asked about.
     """
 
     threshold: float
@@ -106,12 +106,12 @@ class Asking:
 
 @dataclass(frozen=True, slots=True)
 class Language:
-    """What can be asked for in a domain.
+    """The language of a domain.
 
     Attributes:
-        verbs: Its own.
+        verbs: The domain's verbs.
         task: The agent and its task.
-        examples: Some readings.
+        examples: Example readings.
     """
 
     verbs: tuple[Verb, ...]
@@ -126,7 +126,7 @@ def read_languages(path: Path) -> dict[str, Language]:
     `verbs = { add = ["what", "quantity"], finish = [] }`.
 
     Raises:
-        InvalidInputError: The file is no such TOML, or a domain's verbs are none.
+        InvalidInputError: The file or a domain's verbs are invalid.
     """
     found: dict[str, Language] = {}
     for name, table in read_table(path, f"The domains {path} are").items():
@@ -187,7 +187,7 @@ def read_rows(path: Path, read: Callable[[object, int], Iterable[Row]]) -> list[
 
 
 def read_lines(lines: Sequence[Line], reader: Reader) -> Iterator[tuple[Line, Reading | None]]:
-    """Read each message; None where the model wrote no reading.
+    """Read each message; None without a valid reading.
 
     Earlier messages of its conversation are read first, as they would have been.
     """
@@ -217,7 +217,7 @@ def read_lines(lines: Sequence[Line], reader: Reader) -> Iterator[tuple[Line, Re
 
 
 def score(pairs: Iterable[tuple[Sequence[Order], Sequence[Order] | None]]) -> Score:
-    """Compare right orders with those that were read; None for what could not be read.
+    """Compare right orders with read ones; None for messages that could not be read.
 
     Articles, case and a plural's s do not count, nor do reasons, nor which thing a question is
     about; a mere yes, no or aim is no order. One of a thing is as no quantity.
@@ -250,7 +250,7 @@ def score(pairs: Iterable[tuple[Sequence[Order], Sequence[Order] | None]]) -> Sc
 
 
 def asking(pairs: Iterable[tuple[Sequence[Order], Reading | None]]) -> list[Asking]:
-    """The cost of asking at each of `THRESHOLDS`; none where the model tells no margin.
+    """The cost of asking at each of `THRESHOLDS`; empty if the model reports no margins.
 
     Args:
         pairs: Right orders, and readings.

@@ -1,4 +1,4 @@
-"""The calibration of each model: those that come with goalscope, and the user's own."""
+"""The calibrations of models: those that ship with goalscope, and the user's own."""
 
 from __future__ import annotations
 
@@ -36,33 +36,33 @@ __all__ = [
 ]
 
 NAMED = {"paper": PAPER, "default": DEFAULT, "last-turn": LAST_TURN}
-"""Calibrations that are named instead of a file."""
+"""The named calibrations."""
 
-YOURS, SHIPPED = "yours", "comes with goalscope"
-"""Where `known_calibration` has found one."""
+YOURS, SHIPPED = "yours", "shipped with goalscope"
+"""The origins that `known_calibration` returns."""
 
 
 def calibration_named(name: str) -> Calibration:
-    """The calibration of a name ("paper", "default", "last-turn"), or of a file.
+    """The calibration with a name ("paper", "default", "last-turn"), or from a file.
 
     Raises:
-        InvalidInputError: There is no such name or file, or the file holds no calibration.
+        InvalidInputError: There is no such name or file, or the file is not a calibration.
     """
     if name in NAMED:
         return NAMED[name]
     file = Path(name)
     if not file.is_file():
         raise InvalidInputError(
-            f"There is no calibration {name!r}: name {', '.join(NAMED)}, or a file that "
-            "`goalscope calibrate` wrote."
+            f"There is no calibration {name!r}. Name {', '.join(NAMED)}, or a file written by "
+            "`goalscope calibrate`."
         )
     return _read(file)
 
 
 def known_calibration(scorer: Any, layout: str, *, end_of_turn: bool) -> tuple[Calibration, str]:
-    """The calibration of a model, and where it comes from.
+    """The calibration of a model, and its origin.
 
-    The user's own comes first, then the one that comes with goalscope, then `DEFAULT`.
+    The user's own comes first, then the one that ships with goalscope, then `DEFAULT`.
 
     Args:
         scorer: The model that scores people's words.
@@ -77,13 +77,13 @@ def known_calibration(scorer: Any, layout: str, *, end_of_turn: bool) -> tuple[C
     for place in (own, shipped):
         if place.is_file():
             return _read(place), YOURS if place is own else SHIPPED
-    return DEFAULT, "not calibrated; `goalscope calibrate` does it"
+    return DEFAULT, "not calibrated; see `goalscope calibrate`"
 
 
 def calibration_file(scorer: Any, layout: str, *, end_of_turn: bool) -> Path:
     """The file of the user's calibration of a model with its adapter and prompt.
 
-    It depends on the model's name, since how its weights are stored changes little, and on the
+    Its name depends on the model's name (the format of the weights matters little), and on the
     contents of the prompt and the adapter.
     """
     chat = render(layout.replace("-", "_"), task="T", goal="G", query="Q")
@@ -115,7 +115,7 @@ def _folder() -> Path:
 
 
 def keep_calibration(file: Path, calibration: Calibration, about: Mapping[str, Any]) -> None:
-    """Write a calibration, with what else its JSON holds.
+    """Write a calibration, with further JSON entries.
 
     Raises:
         GoalscopeError: The file cannot be written.
@@ -127,14 +127,14 @@ def keep_calibration(file: Path, calibration: Calibration, about: Mapping[str, A
         part.write_text(text + "\n", encoding="utf-8")
         part.replace(file)
     except OSError as error:
-        raise GoalscopeError(f"{file} cannot be written: {error.strerror or error}.") from None
+        raise GoalscopeError(f"Cannot write {file}: {error.strerror or error}.") from None
 
 
 def _read(file: Path | Traversable) -> Calibration:
     try:
         data = json.loads(file.read_text(encoding="utf-8"))
         if not isinstance(data, dict):
-            raise TypeError("it is no JSON object")
+            raise TypeError("it is not a JSON object")
         return calibration_from_json(cast("dict[str, Any]", data)["calibration"])
     except (
         OSError,
@@ -149,6 +149,6 @@ def _read(file: Path | Traversable) -> Calibration:
         cause = f"the key {error} is missing" if missing else str(error)
         cause = cause if cause.isprintable() else ascii(cause)
         raise InvalidInputError(
-            f"{file} holds no calibration ({cause}). `goalscope calibrate` writes one, with --out "
-            "where you like; delete the file, or name another one."
+            f"{file} is not a calibration ({cause}). Delete it, name another file, or write "
+            "one with `goalscope calibrate --out FILE`."
         ) from None

@@ -1,1 +1,1 @@
-"""The `goalscope` command: `main` holds it, a file for each command or group beside it."""
+"""The `goalscope` command: the application in `main`, and a module for each command or group."""

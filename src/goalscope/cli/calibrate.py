@@ -1,4 +1,4 @@
-"""`goalscope calibrate`: beliefs that can be trusted, from dialogues whose goals are known."""
+"""`goalscope calibrate`: fit a calibration to dialogues with known goals."""
 
 from __future__ import annotations
 
@@ -19,18 +19,18 @@ if TYPE_CHECKING:
 __all__ = ["calibrate"]
 
 PEOPLE = 50
-"""From how many people on a calibration is kept unasked.
+"""Number of people from which a calibration is saved without --anyway.
 
-Of fewer dialogues there is no conformal threshold at 0.02, and a set that held the truth in 90 % of
-them might hold it in only 79 % of others (95 % interval).
+With fewer dialogues there is no conformal threshold at 0.02, and a set that covers 90 % of them
+might cover only 79 % of others (95 % interval).
 """
 
 OWN, HELD_OUT = "the model's own", "held out"
-"""The rows of the calibration that was used so far, and of the one that is fitted."""
+"""The table rows of the calibration in use so far, and of the one being fitted."""
 
 
 class Way(NamedTuple):
-    """How dialogues were scored: by which model, as JSON, and with which prompt."""
+    """How dialogues were scored: the model (JSON) and the prompt."""
 
     model: str
     layout: str
@@ -46,7 +46,7 @@ class Way(NamedTuple):
 
 
 Cells = list[tuple[Any, Any]]
-"""Spec and result of measured dialogues."""
+"""Specs and results of measured dialogues."""
 
 
 def calibrate(
@@ -54,45 +54,52 @@ def calibrate(
         list[Path] | None,
         typer.Argument(
             metavar="RESULTS.db...",
-            help="Results of `bench dialogues`, or of an experiment with dialogues.",
+            help="Results of `bench dialogues` or of an experiment with dialogues.",
         ),
     ] = None,
     out: Annotated[
         Path | None,
         typer.Option(
-            metavar="FILE", help="Write it there only, for --calibration; of one model alone."
+            metavar="FILE",
+            help="Write the calibration to this file only, for use with --calibration. Needs "
+            "results of a single model.",
         ),
     ] = None,
     only: Annotated[
         str | None,
-        typer.Option(metavar="NAME", help="Of several models and layouts this one, as shown."),
+        typer.Option(metavar="NAME", help="Use only this model and layout, by the name shown."),
     ] = None,
     anyway: Annotated[
-        bool, typer.Option("--anyway", help=f"Keep it though it is of fewer than {PEOPLE} people.")
+        bool, typer.Option("--anyway", help=f"Save it even with fewer than {PEOPLE} people.")
     ] = False,
     reset: Annotated[
-        bool, typer.Option("--reset", help="Delete your own calibrations: all, or that of --only.")
+        bool,
+        typer.Option(
+            "--reset", help="Delete your own calibrations, or only the one named by --only."
+        ),
     ] = False,
     as_json: Json = False,
 ) -> None:
-    """Fit how evidence becomes probabilities, so that they can be trusted.
+    """Fit how evidence becomes probabilities, so that beliefs are calibrated.
 
-    From dialogues whose goals are known it finds what the evidence has to be divided by (the
-    temperature), what "Unspecified" is compared with (the reference), and how many goals a set
-    must hold to hold the true one. It is kept for the model with its adapter and prompt, and
-    replaces the one that comes with goalscope wherever that model is used.
+    From dialogues with known goals, it fits the divisor of the evidence (the temperature), what
+    "Unspecified" is compared with (the reference), and the thresholds of the conformal sets. The
+    calibration is saved for the model with its adapter and prompt, and replaces the one that ships
+    with goalscope wherever that model is used.
     """
     if reset:
         if results or out:
-            raise InvalidInputError("--reset deletes calibrations: name no results and no --out.")
+            raise InvalidInputError(
+                "--reset deletes calibrations. Leave out the results and --out."
+            )
         _reset(only, as_json=as_json)
         return
     ways = _read(results or [], only)
     if out and len(ways) > 1:
         raise InvalidInputError(
-            f"These files hold dialogues scored in {len(ways)} ways: "
-            f"{'; '.join(way.name for way in ways)}. Name one with --only, or leave --out out to "
-            "keep each for its own model."
+            f"These files hold dialogues scored in {len(ways)} different ways: "
+            f"{'; '.join(way.name for way in ways)}. Choose one with --only, or leave out "
+            "--out to save each for its own model."
         )
     observed = _observed(ways, keeps=not (anyway or out))
     made = [_fit(way, found, out) for way, found in observed.items()]
@@ -103,7 +110,7 @@ def calibrate(
 
 
 def _read(results: Sequence[Path], only: str | None) -> dict[Way, Cells]:
-    """The dialogues of files of results, by the way in which they were scored.
+    """The dialogues in files of results, grouped by how they were scored.
 
     Raises:
         InvalidInputError: There are none.
@@ -112,7 +119,7 @@ def _read(results: Sequence[Path], only: str | None) -> dict[Way, Cells]:
 
     make = "`goalscope bench dialogues SET --results DIR` makes one."
     if not results:
-        raise InvalidInputError(f"Name a file of results. {make}")
+        raise InvalidInputError(f"Expected a file of results. {make}")
     ways: dict[Way, Cells] = {}
     for path in results:
         if not path.is_file():
@@ -128,42 +135,42 @@ def _read(results: Sequence[Path], only: str | None) -> dict[Way, Cells]:
     chosen = {way: cells for way, cells in ways.items() if only in (None, way.name)}
     if not chosen:
         known = "; ".join(way.name for way in ways)
-        raise InvalidInputError(f"These files hold no model {only!r}. There are: {known}.")
+        raise InvalidInputError(f"These files have no results of {only!r}. They have: {known}.")
     return chosen
 
 
 def _observed(ways: Mapping[Way, Cells], *, keeps: bool) -> dict[Way, list[Observed]]:
-    """The dialogues that can calibrate.
+    """The dialogues that a calibration can be fitted to.
 
     Raises:
-        InvalidInputError: They are of too few people; a calibration that is kept needs more.
+        InvalidInputError: They come from too few people; a saved calibration needs more.
     """
     from goalscope.calibrating import observed_in
 
     learned = sum(bool(result.get("learned")) for cells in ways.values() for _, result in cells)
     if learned:
         console(stderr=True).print(
-            f"Left out: {pluralize(learned, 'dialogue')} that the adapter has learned from."
+            f"Left out: {pluralize(learned, 'dialogue')} that the adapter was trained on."
         )
     observed = {way: observed_in(cells) for way, cells in ways.items()}
     people = {way: len({each.group for each in found}) for way, found in observed.items()}
     if min(people.values()) < 3:
         raise InvalidInputError(
-            "There are too few people: some are to fit on, others to judge by. For each model give "
-            "dialogues of at least three people, each dialogue with three goals or more."
+            "Too few people: some are needed for fitting, others for validation. Each model "
+            "needs dialogues of at least three people, with at least three goals each."
         )
     few = [f"{way.name} (of {n})" for way, n in people.items() if n < PEOPLE]
     if few and keeps:
         raise InvalidInputError(
-            f"Nothing is kept: {'; '.join(few)}: a calibration that is used from now on needs "
-            f"dialogues of {PEOPLE} people. Give --anyway to keep it all the same, or --out FILE "
-            "to try it with --calibration."
+            f"Nothing was saved: {'; '.join(few)}. A calibration that becomes the default "
+            f"needs dialogues of {PEOPLE} people. Use --anyway to save it all the same, or "
+            "--out FILE to try it with --calibration."
         )
     return observed
 
 
 def _fit(way: Way, found: Sequence[Observed], out: Path | None) -> dict[str, Any]:
-    """Fit a calibration, keep it, and say how good it is beside others."""
+    """Fit a calibration, save it, and compare it with others."""
     from collections import Counter
     from contextlib import suppress
     from dataclasses import asdict
@@ -220,20 +227,20 @@ def _reset(only: str | None, *, as_json: bool) -> None:
     gone = {file: name for file, name in known.items() if only in (None, name)}
     if only and not gone:
         there = f"There are: {'; '.join(known.values())}." if known else "There are none."
-        raise InvalidInputError(f"You have no calibration of {only!r}. {there}")
+        raise InvalidInputError(f"You have no calibration for {only!r}. {there}")
     for file in gone:
         try:
             file.unlink(missing_ok=True)
         except OSError as error:
-            raise GoalscopeError(f"{file} cannot be deleted: {error.strerror or error}.") from None
+            raise GoalscopeError(f"Cannot delete {file}: {error.strerror or error}.") from None
     if as_json:
         print(json.dumps({"reset": [*gone.values()]}))
         return
     said = "You have no calibration of your own."
     if gone:
         said = (
-            f"Deleted: {'; '.join(gone.values())}. The calibration that comes with goalscope is "
-            "used again, and the default for models without one."
+            f"Deleted: {'; '.join(gone.values())}. goalscope uses its own calibrations again, "
+            "and the default for models without one."
         )
     console().print(terminal_safe(said), soft_wrap=True)
 
@@ -264,22 +271,22 @@ def _show(made: Sequence[Mapping[str, Any]], *, kept: bool) -> None:
         out.print(
             terminal_safe(
                 f"temperature {fitted['temperature']:g}, reference {fitted['reference']:g}, "
-                f"switching {fitted['switching']:g}; kept in {each['file']}"
+                f"switching {fitted['switching']:g}; saved in {each['file']}"
             )
         )
         if best := each["better"]:
             loss, least = (each["quality"][name]["log_loss"] for name in (HELD_OUT, best))
-            said = f'By log-loss, "{best}" ({least:.3f}) is better than what was fitted on other '
-            said += f"people ({loss:.3f}): more dialogues may change that."
+            said = f'By log-loss, "{best}" ({least:.3f}) is better than the calibration fitted on '
+            said += f"other people ({loss:.3f}). More dialogues may change that."
             out.print(terminal_safe(said, "yellow"), soft_wrap=True)
     out.print(
         terminal_safe(
-            "Log-loss of the truth, with the true goal among the goals and without it, where "
-            "Unspecified is the truth. Held out: as calibrated on dialogues of other people; "
-            f"{OWN} may have been fitted on some of these. The 90 % set holds the truth, with "
-            "the true goal present and absent.",
+            "Log-loss is averaged over cases with the true goal among the goals and cases "
+            "without it, where Unspecified is true. Held out: calibrated on dialogues of "
+            f"other people; {OWN} may have been fitted on some of these. 90 % set: how often "
+            "the conformal set holds the truth, with the true goal present and absent.",
             "dim",
         )
     )
     if kept:
-        out.print("`goalscope calibrate --reset` deletes your own calibrations again.")
+        out.print("`goalscope calibrate --reset` deletes your own calibrations.")

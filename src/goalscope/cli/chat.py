@@ -38,20 +38,20 @@ if TYPE_CHECKING:
 __all__ = ["chat", "correct", "run"]
 
 HELP = """\
-/goals               the goals, numbered
-/pin NUMBER|TEXT     confirm this goal, perhaps a new one
-/veto NUMBER         reject this goal for good
+/goals               list the goals with their numbers
+/pin NUMBER|TEXT     confirm this goal, or a new one in your own words
+/veto NUMBER         rule this goal out
 /reword NUMBER TEXT  confirm this goal in other words
-/why NUMBER          the evidence of each utterance for this goal"""
+/why NUMBER          show the evidence of each utterance for this goal"""
 
 ORDER_HELP = """\
-/goals               the goals, in the model's order
-This method weighs no evidence that could be corrected or explained."""
+/goals               list the goals in the model's order
+This method computes no evidence, so there is nothing to correct or explain."""
 
-NO_HELP = "This method holds no belief that could be shown or corrected."
+NO_HELP = "This method keeps no belief to show or correct."
 
 LEAVING = """
-/help                these lines
+/help                show this help
 quit                 leave; the episode can be resumed"""
 
 
@@ -59,14 +59,18 @@ quit                 leave; the episode can be resumed"""
 def chat(
     context: typer.Context,
     *,
-    resume: Annotated[str | None, typer.Option(metavar="ID", help="Resume an episode.")] = None,
+    resume: Annotated[
+        str | None, typer.Option(metavar="ID", help="Resume the episode with this id.")
+    ] = None,
     given: EpisodeOptions,
-    rounds: Annotated[int | None, typer.Option(min=1, help="Most rounds.  [default: 100]")] = None,
+    rounds: Annotated[
+        int | None, typer.Option(min=1, help="Maximum number of rounds.  [default: 100]")
+    ] = None,
     store: StoreFile = None,
 ) -> None:
-    """Talk with the agent, and watch what it believes; "quit" leaves, and --resume goes on.
+    """Talk to the agent and watch its belief; "quit" leaves, --resume continues.
 
-    A resumed episode keeps its options, but for --rounds and --picture.
+    A resumed episode keeps its options, except for --rounds and --picture.
     """
     from goalscope.display import (
         show_belief,
@@ -118,7 +122,7 @@ def chat(
             )
             show_header(out, session.info)
             corrections = (
-                '; "/help" tells how to correct the goals.' if settings.method == "good" else "."
+                '; "/help" shows how to correct the goals.' if settings.method == "good" else "."
             )
             out.print(
                 f'"{env.completion_phrase}" ends the task; "quit" leaves, and you can go on later'
@@ -152,16 +156,16 @@ def run(
     ] = None,
     human: Annotated[
         Literal["scripted", "simulated", "terse", "distracted", "changes-mind", "volunteers-late"],
-        typer.Option(help="Fixed replies, or a model's, with a habit if one is named."),
+        typer.Option(help="Fixed replies, or replies by a model, optionally with a habit."),
     ] = "scripted",
-    profiles: Annotated[Path | None, typer.Option(help="TOML file of your own people.")] = None,
+    profiles: Annotated[Path | None, typer.Option(help="TOML file with your own people.")] = None,
     given: EpisodeOptions,
     rounds: Annotated[int, typer.Option(min=1, help="Most rounds.")] = 20,
     calls: Calls = None,
     store: StoreFile = None,
     as_json: Json = False,
 ) -> None:
-    """Run episodes with a simulated person, and score the outcome."""
+    """Run episodes with simulated people, and score the outcome."""
     from goalscope.display import show_scores
     from goalscope.domains import profile_named, profiles_of
     from goalscope.models.opening import forget
@@ -173,11 +177,12 @@ def run(
     everyone = profiles_of(settings)
     if not everyone:
         raise InvalidInputError(
-            f"{given.domain} has no people to simulate: load_profiles returns none."
+            f"The domain {given.domain} has nobody to simulate: its load_profiles returns no "
+            "profiles."
         )
     if not profile:
         names = ", ".join(person.name for person in everyone)
-        raise InvalidInputError(f"Say who is to be simulated: --profile all, or one of {names}.")
+        raise InvalidInputError(f"Choose whom to simulate: --profile all, or one of {names}.")
     people = everyone if profile == "all" else (profile_named(settings, profile),)
     has_many = len(people) > 1
     scored: list[Scored] = []
@@ -202,7 +207,7 @@ def run(
 
 
 def _run_one(session: Session, draw: Callable[[], None], *, quiet: bool, brief: bool) -> Scored:
-    """Run a simulated episode, and print each round unless it is one of many."""
+    """Run a simulated episode; print each round if it is the only one."""
     import time
 
     from goalscope.display import (
@@ -238,7 +243,7 @@ def _run_one(session: Session, draw: Callable[[], None], *, quiet: bool, brief: 
 
 
 def correct(out: Console, session: Session, line: str) -> None:
-    """Run a command of a chat, a line that begins with a slash, and show the belief."""
+    """Run a chat command, a line that begins with a slash, and show the belief."""
     from goalscope.display import show_belief, show_reasons
     from goalscope.safe_text import terminal_safe
     from goalscope.why import reasons
@@ -251,7 +256,7 @@ def correct(out: Console, session: Session, line: str) -> None:
             commands = NO_HELP if belief is None else ORDER_HELP if is_order else HELP
             raise InvalidInputError(commands + LEAVING)
         if command not in ("/goals", "/why", *corrections):
-            raise InvalidInputError(f"There is no command {command}. /help lists the commands.")
+            raise InvalidInputError(f"Unknown command {command}. /help lists the commands.")
         if belief is None:
             raise InvalidInputError(NO_HELP)
         if is_order and command != "/goals":
@@ -272,7 +277,7 @@ def correct(out: Console, session: Session, line: str) -> None:
 
 
 def _numbered(belief: Belief, number: str, command: str) -> Goal:
-    """The goal of a number that `show_belief` gives it.
+    """The goal with a number shown by `show_belief`.
 
     Raises:
         InvalidInputError: There is none.
@@ -282,14 +287,14 @@ def _numbered(belief: Belief, number: str, command: str) -> Goal:
         return ranked[int(number) - 1][0]
     words = ", or in your own words" if command == "/pin" else ""
     raise InvalidInputError(
-        f"Name a goal by its number, 1 to {len(ranked)}{words}; /goals lists them."
+        f"Name a goal by its number (1 to {len(ranked)}){words}. /goals lists them."
     )
 
 
 def _read_words(out: Console, query: str, command: Callable[[str], object]) -> str:
-    """Show a query, and return what the person answers.
+    """Show a query, and return the person's reply.
 
-    Lines that begin with "/" go to `command`, until there is an answer.
+    Lines that begin with "/" go to `command`.
 
     Raises:
         EOFError: The person leaves.
@@ -309,7 +314,7 @@ def _read_words(out: Console, query: str, command: Callable[[str], object]) -> s
 
 
 def _refuse_other_options(context: typer.Context, info: EpisodeInfo) -> None:
-    """Refuse the options that a resumed episode keeps from its beginning.
+    """Refuse options that a resumed episode keeps from its start.
 
     Raises:
         InvalidInputError: One is given.
@@ -328,8 +333,8 @@ def _refuse_other_options(context: typer.Context, info: EpisodeInfo) -> None:
     ]
     if given:
         raise InvalidInputError(
-            f"A resumed episode keeps its options: leave out {', '.join(given)}, or begin another "
-            "one without --resume."
+            f"A resumed episode keeps its options. Leave out {', '.join(given)}, or start a "
+            "new episode without --resume."
         )
 
 
@@ -348,7 +353,7 @@ def _environment(settings: Settings, person: Profile | None) -> Generator[Enviro
 
 
 def _drawing(env: Environment, file: Path | None) -> Callable[[], None]:
-    """A function that draws the house's room as it now is; without a file it does nothing."""
+    """A function that draws the current state of the room; without a file it does nothing."""
     from goalscope.envs.house import HomeRobot
 
     if file is None or not isinstance(env, HomeRobot):
@@ -367,18 +372,18 @@ def _drawing(env: Environment, file: Path | None) -> Callable[[], None]:
 
 @contextmanager
 def _resumable(session: Session) -> Generator[None]:
-    """Say how to resume an episode that is interrupted."""
+    """Print how to resume an interrupted episode."""
     from goalscope.session import resuming
 
     try:
         yield
     except (KeyboardInterrupt, EOFError, GoalscopeError):
-        kept = "No round was finished, so no episode is kept."
+        kept = "No round was finished, so no episode was saved."
         if session.is_stored:
             kept = (
-                f"Episode {session.id} is kept, with "
-                f"{pluralize(session.info.rounds, 'finished round')}. "
-                f"Resume it with: {resuming(session.info)}"
+                f"Episode {session.id} is saved, with "
+                f"{pluralize(session.info.rounds, 'finished round')}. Resume it with: "
+                f"{resuming(session.info)}"
             )
         typer.echo(f"\n{kept}", err=True)
         raise

@@ -1,4 +1,4 @@
-"""`goalscope data`: the public datasets, and which of them are there."""
+"""`goalscope data`: the public datasets, and which of them are available."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ __all__ = ["data"]
 data = typer.Typer(
     no_args_is_help=True,
     rich_markup_mode=None,
-    help="Public datasets of real dialogues, read from a folder of yours.",
+    help="Public datasets of real dialogues, read from your own folder.",
 )
 
 
@@ -32,7 +32,7 @@ def list_datasets(
     folder: Folder = None,
     as_json: Json = False,
 ) -> None:
-    """List the datasets: what they hold, where they come from, and which files are there."""
+    """List the datasets: contents, sources, and the files found."""
     from rich.table import Table
 
     from goalscope.datasets import DATASETS, named_folder
@@ -79,24 +79,28 @@ def list_datasets(
     else:
         where = f"in {folder}" if folder else "in the folder that --data or GOALSCOPE_DATA names"
         out.print(
-            terminal_safe(f"The files stand {where}. `goalscope` downloads none of them."),
+            terminal_safe(f"The files belong {where}. goalscope does not download them."),
             soft_wrap=True,
         )
 
 
 @data.command()
 def export(
-    name: Annotated[str, typer.Argument(metavar="SET[:SPLIT]", help="As `data list` names it.")],
-    out: Annotated[Path, typer.Option(metavar="FILE.jsonl", help="A new file.")],
+    name: Annotated[
+        str, typer.Argument(metavar="SET[:SPLIT]", help="Name of the dataset, see `data list`.")
+    ],
+    out: Annotated[
+        Path, typer.Option(metavar="FILE.jsonl", help="File to write; it must not exist.")
+    ],
     goal_set: Annotated[
         str | None, typer.Option(help="How wrong goals are drawn.  [default: the set's first]")
     ] = None,
-    goals: Annotated[int, typer.Option(min=2, help="Goals of each dialogue.")] = 20,
-    limit: Annotated[int | None, typer.Option(min=1, help="Only the first so many.")] = None,
-    seed: Annotated[int, typer.Option(help="Of the draw of wrong goals.")] = 1,
+    goals: Annotated[int, typer.Option(min=2, help="Number of goals per dialogue.")] = 20,
+    limit: Annotated[int | None, typer.Option(min=1, help="Use only the first N.")] = None,
+    seed: Annotated[int, typer.Option(help="Seed for drawing wrong goals.")] = 1,
     folder: Folder = None,
 ) -> None:
-    """Write a dataset's dialogues with their goals, a row each, and the true goal under "true".
+    """Write a dataset's dialogues and goals as JSON Lines, with the true goal under "true".
 
     `infer`, `bench dialogues --jsonl` and `fit` read such files.
     """

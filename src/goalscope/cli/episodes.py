@@ -1,4 +1,4 @@
-"""`goalscope episodes`, `replay` and `why`: what stored episodes hold."""
+"""`goalscope episodes`, `replay` and `why`: look at stored episodes."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 
 __all__ = ["episodes", "replay", "why"]
 
-Episode = Annotated[str, typer.Argument(help="The episode, or how its id begins.")]
+Episode = Annotated[str, typer.Argument(help="Id of the episode, or its first characters.")]
 
 
 def episodes(store: StoreFile = None, as_json: Json = False) -> None:
@@ -41,9 +41,9 @@ def episodes(store: StoreFile = None, as_json: Json = False) -> None:
 
 
 def replay(id: Episode, store: StoreFile = None, as_json: Json = False) -> None:
-    """Show a stored episode again; no model is needed.
+    """Show a stored episode round by round; no model is needed.
 
-    As JSON, each round has what was said, done and noted, and the belief: goals, log_prior,
+    As JSON, each round has its words, actions, notes, and the belief: goals, log_prior,
     log_likelihood (a row for each turn, nats), and the probability of each goal.
     """
     from goalscope.display import show_header, show_round, show_summary
@@ -73,23 +73,28 @@ def replay(id: Episode, store: StoreFile = None, as_json: Json = False) -> None:
 def why(
     id: Episode,
     goal: Annotated[
-        str | None, typer.Option(help="The goal, or how it begins.  [default: the likeliest]")
+        str | None,
+        typer.Option(help="Text of the goal, or its beginning.  [default: the likeliest]"),
     ] = None,
     round: Annotated[
-        int | None, typer.Option(min=1, help="After this round.  [default: the last]")
+        int | None,
+        typer.Option(min=1, help="Explain the belief after this round.  [default: the last]"),
     ] = None,
     words: Annotated[
-        bool, typer.Option("--words", help="Also word by word, for which the model scores again.")
+        bool,
+        typer.Option(
+            "--words", help="Also show the evidence of each word, for which the model scores again."
+        ),
     ] = False,
     store: StoreFile = None,
     as_json: Json = False,
 ) -> None:
-    """Say why a goal is likely: the evidence of each utterance, and the belief without it.
+    """Explain why a goal is likely: the evidence of each utterance, and the belief without it.
 
-    Evidence is in nats against the mean of the other goals, as it counts after calibration. Words
-    that speak for a goal can still make it less likely, as another goal gains more. The belief
-    "then" is over the goals of now: where goals came or went since, the round itself showed
-    another, which --round explains.
+    Evidence is in nats relative to the mean of the other goals, after calibration. An utterance
+    that favours a goal can still make it less likely if another goal gains more. The belief "then"
+    is over the current goals; if goals were added or removed since, the round itself showed a
+    different belief, which --round explains.
     """
     from goalscope.display import show_reasons
     from goalscope.rounds_json import dumps
@@ -102,10 +107,10 @@ def why(
         rounds = opened.rounds(info.id)[:round]
         corrections = _later_corrections(opened, info) if len(rounds) == info.rounds else ""
     if not rounds or (round and len(rounds) < round):
-        raise InvalidInputError(f"Episode {info.id} has {pluralize(len(rounds), 'round')}.")
+        raise InvalidInputError(f"Episode {info.id} has only {pluralize(len(rounds), 'round')}.")
     belief = rounds[-1].belief
     if belief is None or info.method != "good":
-        raise InvalidInputError(f"The method {info.method} of this episode weighs no evidence.")
+        raise InvalidInputError(f"This episode's method, {info.method}, computes no evidence.")
     turns = [each.turn for each in rounds]
     try:
         chosen = _chosen(belief, goal)
@@ -127,7 +132,7 @@ def why(
 
 
 def _episode_json(info: EpisodeInfo, rounds: Sequence[Round]) -> dict[str, Any]:
-    """An episode and its rounds, with the probabilities that follow from each belief."""
+    """An episode and its rounds, with the probabilities of each belief."""
     from goalscope.rounds_json import round_to_json
     from goalscope.safe_text import model_shown
 
@@ -141,7 +146,7 @@ def _episode_json(info: EpisodeInfo, rounds: Sequence[Round]) -> dict[str, Any]:
 
 
 def _show_checks_again(out: Console, info: EpisodeInfo, rounds: Sequence[Round]) -> None:
-    """Show which checks the stored acts meet when goalscope's shop or room repeats them."""
+    """Replay the stored actions in goalscope's shop or room, and show which checks they meet."""
     from goalscope.display import show_checks
     from goalscope.domains import open_environment, profile_named, settings_of
     from goalscope.policy import undo
@@ -156,16 +161,16 @@ def _show_checks_again(out: Console, info: EpisodeInfo, rounds: Sequence[Round])
         undo(env, [result for round in rounds for result in round.results])
         met = env.checks_met(person)
         if not met or sum(met) / len(met) != info.score:
-            raise InvalidInputError("The catalogue, the scene or the person has changed since.")
+            raise InvalidInputError("The catalogue, the scene or the profile has changed since.")
         show_checks(out, person.checks, met)
     except GoalscopeError as error:
         out.print(
-            terminal_safe(f"Which checks were met cannot be shown: {error}", "dim"), soft_wrap=True
+            terminal_safe(f"Cannot show which checks were met: {error}", "dim"), soft_wrap=True
         )
 
 
 def _later_corrections(store: Store, info: EpisodeInfo) -> str:
-    """The corrections since the last round, and where they count; "" without any."""
+    """The corrections since the last round, and where they take effect; "" if there are none."""
     from goalscope.session import resuming
 
     words = {"pin": 'it is "{}"', "veto": 'it is not "{}"', "reword": '"{}" means "{}"'}
@@ -176,13 +181,13 @@ def _later_corrections(store: Store, info: EpisodeInfo) -> str:
     if not said:
         return ""
     return (
-        f"Corrected since the last round: {'; '.join(said)}. `{resuming(info)}` shows the belief "
-        "with that, and /why NUMBER there explains it."
+        f"Corrected since the last round: {'; '.join(said)}. `{resuming(info)}` shows the "
+        "corrected belief, and /why NUMBER explains it."
     )
 
 
 def _chosen(belief: Belief, text: str | None) -> Goal:
-    """The goal that a text means.
+    """The goal whose text begins with `text`.
 
     Raises:
         InvalidInputError: It means none or several.
@@ -205,7 +210,7 @@ def _chosen(belief: Belief, text: str | None) -> Goal:
 def _word_evidence(
     info: EpisodeInfo, belief: Belief, turns: list[Turn], goal: Goal
 ) -> list[list[tuple[str, float]]]:
-    """Of each turn, each word with its evidence."""
+    """Print the evidence of each word of each turn."""
     from goalscope.domains import roleplay_of, settings_of
     from goalscope.why import word_evidence
 

@@ -32,9 +32,9 @@ if TYPE_CHECKING:
 __all__ = ["bench", "experiment"]
 
 bench = typer.Typer(
-    no_args_is_help=True, help="Infer goals that are known, and compare with simpler ways."
+    no_args_is_help=True, help="Infer known goals, and compare with simpler methods."
 )
-experiment = typer.Typer(no_args_is_help=True, help="Run experiments that TOML files describe.")
+experiment = typer.Typer(no_args_is_help=True, help="Run experiments described by TOML files.")
 
 Data = Annotated[
     Path | None,
@@ -44,18 +44,19 @@ Folder = Annotated[
     Path | None,
     typer.Option("--results", metavar="DIR", help="Folder of results.  [default: results]"),
 ]
-Limit = Annotated[int | None, typer.Option(min=1, help="Only the first so many.")]
+Limit = Annotated[int | None, typer.Option(min=1, help="Use only the first N.")]
 On = Annotated[
     str | None,
     typer.Option(
         metavar="dask|ADDRESS",
-        help="Spread the work over processes of this machine, or a Dask scheduler's.",
+        help="Spread the work over processes: dask for this machine, or the address of a Dask "
+        "scheduler.",
     ),
 ]
 Workers = Annotated[int, typer.Option(min=1, help="Number of processes for --on dask.")]
 Anyway = Annotated[
     bool,
-    typer.Option("--anyway", help="Continue although code, prompts or a model have changed since."),
+    typer.Option("--anyway", help="Continue even if code, prompts or a model have changed."),
 ]
 
 
@@ -63,7 +64,9 @@ Anyway = Annotated[
 def mcq(
     file: Annotated[
         str,
-        typer.Argument(help="Questions, JSON Lines or CSV; or a split of the dataset mcq."),
+        typer.Argument(
+            help="File of questions (JSON Lines or CSV), or a split of the dataset mcq."
+        ),
     ] = "dev",
     model: Model = None,
     generator: Writer = None,
@@ -79,10 +82,10 @@ def mcq(
     anyway: Anyway = False,
     as_json: Json = False,
 ) -> None:
-    """Infer whose rephrased answer explains the words of the right one (Sec. 4.1).
+    """Infer which choice a person took from a paraphrase of their answer (Sec. 4.1).
 
-    Each question has choices, and four rephrasings of each choice are the goals. Rephrasings that
-    the file lacks are written by the model. Run again, it measures only what is missing.
+    The goals are four paraphrases of each choice. The model writes those that the file lacks.
+    Running it again measures only what is missing.
     """
     from goalscope.datasets import DATASETS
     from goalscope.experiment.plan import Experiment, QuestionsPart
@@ -107,21 +110,24 @@ def dialogues(
     ] = None,
     jsonl: Annotated[
         Path | None,
-        typer.Option(help='Dialogues of your own: as for `infer`, each with the "true" one.'),
+        typer.Option(
+            help='Your own dialogues: rows as for `infer`, with the true goal under "true".'
+        ),
     ] = None,
     data: Data = None,
-    split: Annotated[str | None, typer.Option(help="Part of the dataset.")] = None,
+    split: Annotated[str | None, typer.Option(help="Split of the dataset.")] = None,
     goal_set: Annotated[
         list[str] | None,
         typer.Option(
-            help="How wrong goals are drawn: random, hard, complete; by default all of the set."
+            help="How wrong goals are drawn: random, hard or complete.  [default: all that the "
+            "set has]"
         ),
     ] = None,
-    goals: Annotated[int, typer.Option(min=2, help="Goals for each dialogue.")] = 20,
+    goals: Annotated[int, typer.Option(min=2, help="Number of goals per dialogue.")] = 20,
     seed: Seed = 1,
     limit: Limit = None,
     turns: Annotated[
-        int | None, typer.Option(min=1, help="Only the first so many turns of each.")
+        int | None, typer.Option(min=1, help="Use only the first N turns of each dialogue.")
     ] = None,
     model: Model = None,
     generator: Writer = None,
@@ -131,7 +137,7 @@ def dialogues(
     layout: Layout = None,
     end_of_turn: EndOfTurn = False,
     outright: Annotated[
-        bool, typer.Option(help="Also ask the model for the goal, and how sure it is.")
+        bool, typer.Option(help="Also ask the model directly for the goal and its confidence.")
     ] = True,
     results: Folder = None,
     on: On = None,
@@ -139,15 +145,15 @@ def dialogues(
     anyway: Anyway = False,
     as_json: Json = False,
 ) -> None:
-    """Infer the goals of people in real dialogues, turn by turn.
+    """Infer people's goals in real dialogues, turn by turn.
 
-    Beside it stand word likeness (TF-IDF, BM25), sentence embeddings, and the model asked
-    outright. Run again, it measures only what is missing.
+    The baselines are word similarity (TF-IDF, BM25), sentence embeddings, and the model asked
+    directly. Running it again measures only what is missing.
     """
     if bool(set) == bool(jsonl):
         raise InvalidInputError(
-            "Name either a set, such as teach, or a file of your own with --jsonl FILE. "
-            "`goalscope data list` shows the sets."
+            "Expected either a dataset, such as teach, or your own file with --jsonl FILE. "
+            "`goalscope data list` shows the datasets."
         )
     from goalscope.experiment.plan import DialoguesPart, Experiment
     from goalscope.likelihood import DEFAULT_LAYOUT
@@ -177,11 +183,15 @@ def dialogues(
 
 @experiment.command(name="run")
 def run_experiment(
-    file: Annotated[Path, typer.Argument(help="What to measure, as TOML; see experiments/.")],
+    file: Annotated[
+        Path, typer.Argument(help="TOML file that describes the experiment; see experiments/.")
+    ],
     data: Data = None,
     model: Annotated[
         list[str] | None,
-        typer.Option(metavar="MODEL", help="In place of the file's models; may be repeated."),
+        typer.Option(
+            metavar="MODEL", help="Model to use in place of those in the file; repeatable."
+        ),
     ] = None,
     generator: Writer = None,
     results: Folder = None,
@@ -192,7 +202,7 @@ def run_experiment(
 ) -> None:
     """Run the missing cells of an experiment, and print its tables.
 
-    Whatever stops it, results are kept, and the same command continues.
+    Results are saved as they come; after an interruption, the same command continues.
     """
     from dataclasses import replace
 
@@ -223,7 +233,7 @@ def _run(
 
     if on not in (None, "dask") and not re.match(r"\w+://[^/]+:\d+$", on or ""):
         raise InvalidInputError(
-            f"--on must be dask, or the address of a Dask scheduler such as tcp://host:8786, "
+            "--on must be dask or the address of a Dask scheduler, such as tcp://host:8786, "
             f"not {on!r}."
         )
 
@@ -234,8 +244,8 @@ def _run(
         path.parent.mkdir(parents=True, exist_ok=True)
     except OSError as error:
         raise InvalidInputError(
-            f"The folder of results {path.parent} cannot be made: {error.strerror or error}. "
-            "Name another one with --results."
+            f"Cannot create the folder {path.parent}: {error.strerror or error}. Name another "
+            "one with --results."
         ) from None
     command = shlex.join(["goalscope", *sys.argv[1:]])
     failed: list[str] = []
@@ -261,29 +271,29 @@ def _run(
         except (KeyboardInterrupt, GoalscopeError):
             if total:
                 held = f"{done:,} of {pluralize(total, 'result')}"
-                typer.echo(f"{path} keeps {held}; the same command goes on.", err=True)
+                typer.echo(f"{path} has {held}. The same command continues.", err=True)
             raise
         planned = kept.planned(specs)
         cells = kept.planned([*specs, *judging(plan, planned)])
         show_tables([*tables_of(cells), *first_attempts(cells)], as_json)
     if failed:
         raise GoalscopeError(
-            f"{len(failed)} of {pluralize(total, 'cell')} could not be measured, one of them so: "
-            f"{failed[0]} The same command tries them again."
+            f"{len(failed)} of {pluralize(total, 'cell')} failed, for example: {failed[0]} "
+            "The same command tries them again."
         )
 
 
 def _missing(done: int, total: int, path: Path) -> str:
     if done == total:
-        return f"Nothing is missing: {path} keeps {pluralize(total, 'cell')}."
+        return f"Nothing is missing: {path} has all {pluralize(total, 'cell')}."
     return (
-        f"Missing: {total - done:,} of {pluralize(total, 'cell')}. Each is kept in {path} once it "
-        "is measured, and the same command goes on."
+        f"Missing: {total - done:,} of {pluralize(total, 'cell')}. Results are saved in "
+        f"{path} as they come, and the same command continues."
     )
 
 
 def results_folder(given: Path | None) -> Path:
-    """The folder that was named, or that of the environment, or `results` here."""
+    """The named folder, or that of the environment variable, or `results` here."""
     return given or Path(os.environ.get("GOALSCOPE_RESULTS") or "results")
 
 
@@ -294,7 +304,7 @@ def _model(
     tokenizer: str | None = None,
     adapter: str | None = None,
 ) -> dict[str, str]:
-    """A model as a cell names it."""
+    """The model settings of a cell."""
     model, generator, scorer = (
         None if name == "embedded" else name for name in (model, generator, scorer)
     )

@@ -1,4 +1,4 @@
-"""`goalscope fit`: an adapter from dialogues whose goals are known."""
+"""`goalscope fit`: fit an adapter to dialogues with known goals."""
 
 from __future__ import annotations
 
@@ -39,44 +39,48 @@ def fit(
         list[str],
         typer.Argument(
             metavar="DIALOGUES...",
-            help="FILE.jsonl, or SET:SPLIT of `goalscope data list`; [200:] after it leaves out "
-            "its first 200 dialogues.",
+            help="FILE.jsonl, or SET:SPLIT of `goalscope data list`; append [200:] to leave out "
+            "the first 200 dialogues.",
         ),
     ],
-    out: Annotated[Path, typer.Option(metavar="DIR", help="Folder of the adapter.")],
+    out: Annotated[Path, typer.Option(metavar="DIR", help="Folder for the adapter.")],
     model: FitModel = None,
     start: Annotated[
         str | None,
         typer.Option(
             metavar="ADAPTER",
-            help="Adapter to begin with, or none.  [default: the one that comes with goalscope, "
+            help="Adapter to start from, or none.  [default: the one that ships with goalscope, "
             "for its own model]",
         ),
     ] = None,
     data: Annotated[
         Path | None, typer.Option(help="Folder of the datasets.  [default: $GOALSCOPE_DATA]")
     ] = None,
-    steps: Annotated[int, typer.Option(min=1, help="Most steps, of 4 dialogues each.")] = 400,
-    every: Annotated[int, typer.Option(min=1, help="Steps from one validation to the next.")] = 50,
-    validation: Annotated[int, typer.Option(min=1, help="Most dialogues that validate.")] = 60,
+    steps: Annotated[
+        int, typer.Option(min=1, help="Maximum number of steps, of 4 dialogues each.")
+    ] = 400,
+    every: Annotated[int, typer.Option(min=1, help="Steps between validations.")] = 50,
+    validation: Annotated[
+        int, typer.Option(min=1, help="Maximum number of validation dialogues.")
+    ] = 60,
     learning_rate: Annotated[
-        float, typer.Option(help="At its highest. Larger models need less.")
+        float, typer.Option(help="Peak learning rate; larger models need a smaller one.")
     ] = 1e-3,
     rank: Annotated[
         int | None,
-        typer.Option(min=1, help="Of the adapter, if it begins with none.  [default: 8]"),
+        typer.Option(min=1, help="Rank of a new adapter.  [default: 8]"),
     ] = None,
     layout: Layout = None,
     seed: Seed = 1,
     device: Device = None,
     as_json: Json = False,
 ) -> None:
-    """Fit the model that scores to what people really say under a goal.
+    """Fit the scoring model to what people really say under a goal.
 
-    A row of a file is as for `infer`, with the true goal, or its place from 0, under "true", and
-    perhaps a "group", such as who speaks. At most a third of the groups validate; fitting ends
-    when the validation has not improved for a while. An interrupted fit is resumed by the same
-    command. In the end the folder holds the adapter, for --adapter, and a model card.
+    Rows of a file are as for `infer`, with the true goal (its text, or its index from 0) under
+    "true", and optionally a "group", such as the speaker. At most a third of the groups are held
+    out for validation; fitting stops once the validation no longer improves. The same command
+    resumes an interrupted fit. The folder then holds the adapter, for --adapter, and a model card.
     """
     from goalscope.fitting.fit import Settings
     from goalscope.fitting.plan import Plan
@@ -90,8 +94,7 @@ def fit(
         begin = shipped()
     if begin is not None and rank is not None:
         raise InvalidInputError(
-            "The adapter to begin with has a rank of its own. Leave out --rank, or begin with "
-            "--start none."
+            "The adapter to start from has a fixed rank. Leave out --rank, or use --start none."
         )
     settings = Settings(
         rank=rank or Settings().rank,
@@ -124,7 +127,7 @@ def fit(
                     )
     except KeyboardInterrupt:
         if (out / "state.pt").exists():
-            err.print("Interrupted. The same command resumes, at most ten steps back.")
+            err.print("Interrupted. The same command resumes, and repeats at most ten steps.")
         raise
     finally:
         engine.close()
@@ -136,19 +139,19 @@ def fit(
 
 
 def check_fit(model: str | None, learning_rate: float) -> None:
-    """Refuse a server's model and a learning rate out of range, before anything is loaded.
+    """Refuse a server's model, or a learning rate out of range, before anything is loaded.
 
     Raises:
         InvalidInputError: Says which.
     """
     if model and model.startswith(("http://", "https://")):
-        raise InvalidInputError("A server's model cannot be fitted. Name its folder or file.")
+        raise InvalidInputError("A model on a server cannot be fitted. Name its folder or file.")
     if not 0 < learning_rate < 1:
         raise InvalidInputError(f"--learning-rate must be between 0 and 1, not {learning_rate}.")
 
 
 def base_of(model: str | None) -> str:
-    """What others call the model that an adapter is for."""
+    """The public name of the model that an adapter is for."""
     from goalscope.models.llamacpp import EMBEDDED
 
     if model and (path := Path(model)).exists():
@@ -157,7 +160,7 @@ def base_of(model: str | None) -> str:
 
 
 def engine_of(model: str | None, device: str | None) -> Transformers:
-    """The model, opened so that it can learn."""
+    """The model, opened for training."""
     from goalscope.extras import package
     from goalscope.models.llamacpp import embedded_path
     from goalscope.models.torch_network import multiplies_bfloat16
@@ -179,15 +182,17 @@ def _show(facts: Mapping[str, Any], out: Path) -> None:
     told = ", ".join(f"{name} {best[k]:{form}} ({first[k]:{form}})" for name, k, form in figures)
     console().print(
         terminal_safe(
-            f"{out}: least loss at step {best['step']}, {best['loss']:.3f} (before "
+            f"{out}: lowest loss at step {best['step']}, {best['loss']:.3f} (before "
             f"{first['loss']:.3f}), {told} on {pluralize(number, 'dialogue')}"
         ),
         soft_wrap=True,
     )
     err = console(stderr=True)
     if number < FEW:
-        err.print(f"A validation on fewer than {FEW} dialogues says little. Give more dialogues.")
+        err.print(
+            f"A validation on fewer than {FEW} dialogues is not reliable. Use more dialogues."
+        )
     if not best["step"]:
-        err.print("No step lowered the loss: the adapter has the weights that it began with.")
+        err.print("No step lowered the loss, so the adapter has the weights that it started from.")
     use = f"Use it with: goalscope infer FILE --out OUT --adapter {out}"
     err.print(terminal_safe(use), style="dim", soft_wrap=True)

@@ -23,7 +23,7 @@ house = typer.Typer(
 
 @house.command()
 def scenes(as_json: Json = False) -> None:
-    """List the rooms for `--scene`, and what is wrong with those that cannot be used."""
+    """List the rooms for `--scene`, and why some cannot be used."""
     from goalscope.envs.house.simulator.scenes import known_scenes
     from goalscope.safe_text import terminal_safe
 
@@ -44,10 +44,12 @@ def scenes(as_json: Json = False) -> None:
 
 @house.command()
 def show(
-    scene: Annotated[str, typer.Argument(help="Name of a room, or its file.")],
-    svg: Annotated[Path | None, typer.Option(help="Draw it into this file instead.")] = None,
+    scene: Annotated[str, typer.Argument(help="Name or file of a room.")],
+    svg: Annotated[
+        Path | None, typer.Option(help="Draw the room to this SVG file instead.")
+    ] = None,
 ) -> None:
-    """Print what is in a room, or draw it from above."""
+    """Print the contents of a room, or draw it from above."""
     from goalscope.envs.house.floor_plan import floor_plan
     from goalscope.envs.house.picture import svg_picture, told
     from goalscope.envs.house.simulator.controller import HouseController
@@ -60,20 +62,24 @@ def show(
         svg.write_text(svg_picture(metadata), encoding="utf-8")
     except OSError as error:
         raise InvalidInputError(
-            f"The picture cannot be written to {svg}: {error.strerror}. Give another file."
+            f"Cannot write the picture to {svg}: {error.strerror}. Name another file."
         ) from None
 
 
 @house.command(name="import")
 def import_file(
     file: Annotated[Path, typer.Argument(help="AI2-THOR's `event.metadata` as JSON, or a room.")],
-    name: Annotated[str | None, typer.Option(help="What to call it, if not as the file.")] = None,
-    force: Annotated[bool, typer.Option("--force", help="Replace one of this name.")] = False,
+    name: Annotated[
+        str | None, typer.Option(help="Name of the scene.  [default: the file's name]")
+    ] = None,
+    force: Annotated[
+        bool, typer.Option("--force", help="Replace an existing scene of this name.")
+    ] = False,
 ) -> None:
-    """Keep a scene that AI2-THOR printed, for `--scene`.
+    """Import a scene from AI2-THOR for `--scene`.
 
     The file holds `event.metadata`, or {objectId: object metadata}, or a room in goalscope's own
-    form (.toml); .json.gz is read, too. A scene that is broken is refused, and nothing is kept.
+    format (.toml); .json.gz works, too. A broken scene is refused, and nothing is saved.
     """
     from goalscope.envs.house.simulator.scenes import import_scene
     from goalscope.safe_text import terminal_safe

@@ -1,4 +1,4 @@
-"""`goalscope infer`: beliefs over given goals on given dialogues, turn by turn."""
+"""`goalscope infer`: beliefs over given goals for given dialogues, turn by turn."""
 
 from __future__ import annotations
 
@@ -24,8 +24,12 @@ __all__ = ["infer"]
 
 
 def infer(
-    file: Annotated[Path, typer.Argument(help="Dialogues with their possible goals, JSON Lines.")],
-    out: Annotated[Path, typer.Option(help="Beliefs turn by turn, JSON Lines; continued.")],
+    file: Annotated[
+        Path, typer.Argument(help="JSON Lines file of dialogues with their possible goals.")
+    ],
+    out: Annotated[
+        Path, typer.Option(help="JSON Lines file of beliefs, turn by turn; continued if it exists.")
+    ],
     model: Model = None,
     tokenizer: Tokenizer = None,
     adapter: Adapter = None,
@@ -37,11 +41,11 @@ def infer(
     """Infer goals in a file of dialogues.
 
     A row is {"id", "task", "turns": [{"query", "utterance"}, ...], "goals": [...]}; goals that
-    differ only in case, spaces or the mark at the end count as one. For each turn a line is
-    written: id, turn (from 1), words (a hash of what was read), goals, log_likelihood (this
-    turn's), log_posterior, probability, unspecified_log_likelihood, unspecified_probability, set_90
-    (the goals that hold the true one in 90 % of dialogues, or null), settings. Run again, it
-    continues where it stopped; a file of other words, goals or settings is refused.
+    differ only in case, spaces or final punctuation are merged. One line is written for each turn:
+    id, turn (from 1), words (a hash of the input), goals, log_likelihood (this turn's),
+    log_posterior, probability, unspecified_log_likelihood, unspecified_probability, set_90 (a set
+    of goals that contains the true one in 90 % of dialogues, or null), settings. Running it again
+    continues where it stopped; a file with other words, goals or settings is refused.
     """
     from dataclasses import asdict
     from hashlib import sha256
@@ -56,7 +60,9 @@ def infer(
     from goalscope.safe_text import model_shown, terminal_safe
 
     if not out.absolute().parent.is_dir():
-        raise InvalidInputError(f"There is no folder {out.parent}. Make it, or name another file.")
+        raise InvalidInputError(
+            f"There is no folder {out.parent}. Create it, or name another file."
+        )
     given = calibration_named(calibration) if calibration else None
     dialogues = read_dialogues(file)
     cut: list[str | int] = []
@@ -85,7 +91,7 @@ def infer(
                         cut.append(dialogue.id)
     if cut:
         console(stderr=True).print(
-            terminal_safe(f"Too long for the model, so that the oldest turns were left out: {cut}")
+            terminal_safe(f"Too long for the model, so the oldest turns were left out: {cut}")
         )
     turns = sum(len(dialogue.turns) for dialogue in dialogues)
     held = f"{pluralize(len(dialogues), 'dialogue')}, {pluralize(turns, 'turn')}"

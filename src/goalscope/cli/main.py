@@ -1,4 +1,4 @@
-"""The `goalscope` command. A command imports what is slow to import only when it runs."""
+"""The `goalscope` command. Commands import slow modules only when they run."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ from goalscope.types import GoalscopeError, InvalidInputError
 
 
 def _interrupted(error: BaseException | None) -> bool:
-    """Whether Ctrl-C caused it, perhaps by way of an error in a library's clean-up."""
+    """Whether Ctrl-C caused the error, perhaps through an error in a library's clean-up."""
     while error and not isinstance(error, KeyboardInterrupt):
         error = error.__cause__ or (None if error.__suppress_context__ else error.__context__)
     return error is not None
@@ -42,7 +42,7 @@ def _print_error(text: str) -> None:
 
 
 class _Commands(TyperGroup):
-    """Prints an error as one line; the exit code is 2 for invalid input, else 1."""
+    """Prints errors as one line; the exit code is 2 for invalid input, otherwise 1."""
 
     def invoke(self, ctx: Any) -> Any:
         try:
@@ -85,7 +85,7 @@ app = typer.Typer(
 def options(
     show_version: Annotated[bool, typer.Option("--version", help="Show the version.")] = False,
 ) -> None:
-    """The options of `goalscope` itself."""
+    """Handle the options of `goalscope` itself."""
     if show_version:
         from importlib.metadata import version
 

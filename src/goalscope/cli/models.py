@@ -1,4 +1,4 @@
-"""`goalscope models` and `goalscope doctor`: which models there are, and whether they are sound."""
+"""`goalscope models` and `goalscope doctor`: list, test, tune and fetch models."""
 
 from __future__ import annotations
 
@@ -28,13 +28,13 @@ _COMPILERS = ("c++", "g++", "clang++", "cl")
 models = typer.Typer(
     no_args_is_help=True,
     rich_markup_mode=None,
-    help="Which models there are, how fast they run here, and whether they are sound.",
+    help="List, test, tune and fetch models.",
 )
 
 
 @models.command("list")
 def list_models(as_json: Json = False) -> None:
-    """List the model files on this machine that goalscope knows."""
+    """List the model files that goalscope finds on this machine."""
     from goalscope.models.hub import pulled_files
     from goalscope.models.llamacpp import embedded_path
     from goalscope.models.tune import kept_tunings
@@ -61,7 +61,7 @@ class _NamedModel(ModelOptions):
 @models.command()
 @expand_options
 def check(given: _NamedModel, as_json: Json = False) -> None:
-    """Test whether a model writes and scores as it must.
+    """Test whether a model writes and scores correctly.
 
     The exit code is 1 if it does not.
     """
@@ -75,15 +75,15 @@ def check(given: _NamedModel, as_json: Json = False) -> None:
 @models.command()
 def tune(
     model: Annotated[
-        Path | None, typer.Argument(metavar="[FILE]", help="GGUF file; else the embedded one.")
+        Path | None,
+        typer.Argument(metavar="[FILE]", help="GGUF file.  [default: the embedded model]"),
     ] = None,
     as_json: Json = False,
 ) -> None:
-    """Measure how a model file runs fastest here.
+    """Find the fastest settings for a model file on this machine.
 
-    The cache folder keeps the result, perhaps with a faster copy of the file. Small files are tuned
-    at their first use; GOALSCOPE_TUNE=0 in the environment prevents that, and the use of earlier
-    results.
+    The result is cached, with a faster copy of the file where there is one. Small files are tuned
+    at first use; GOALSCOPE_TUNE=0 turns off tuning and the use of earlier results.
     """
     from goalscope.models.llamacpp import embedded_path, processors
     from goalscope.models.tune import tune as tune_file
@@ -93,7 +93,7 @@ def tune(
         with measuring("Measuring") as report:
             tuning = tune_file(source, processors(), report)
     except OSError as error:
-        raise GoalscopeError(f"The tuning failed or could not be kept: {error}") from error
+        raise GoalscopeError(f"Tuning failed, or its result could not be saved: {error}") from error
     if as_json:
         print(json.dumps(asdict(tuning), default=str))
         return
@@ -105,17 +105,17 @@ def tune(
 
 @models.command()
 def pull(
-    repository: Annotated[str, typer.Argument(help="Such as owner/name, on the hub.")],
-    file: Annotated[str | None, typer.Argument(help="One of its GGUF files.")] = None,
+    repository: Annotated[str, typer.Argument(help="Repository on the hub, as owner/name.")],
+    file: Annotated[str | None, typer.Argument(help="GGUF file in the repository.")] = None,
 ) -> None:
     """Fetch a GGUF file from the Hugging Face hub.
 
-    HF_ENDPOINT in the environment names another hub.
+    The environment variable HF_ENDPOINT can name another hub.
     """
     from goalscope.models.hub import pull as pull_file
 
     if repository.count("/") != 1:
-        raise InvalidInputError(f"{repository} is no OWNER/NAME of a repository.")
+        raise InvalidInputError(f"{repository} is not a repository of the form OWNER/NAME.")
     path = pull_file(repository, file)
     print(path)
     console(stderr=True).print(f"Use it with: goalscope chat --model {path}", style="dim")
@@ -123,7 +123,7 @@ def pull(
 
 @expand_options
 def doctor(given: ModelOptions, store: StoreFile = None, as_json: Json = False) -> None:
-    """Check the installation: versions, the model, its speed, and its log-probabilities."""
+    """Check the installation: versions, the model, its speed and its log-probabilities."""
     import platform
     from importlib.metadata import PackageNotFoundError, version
 
@@ -147,8 +147,7 @@ def doctor(given: ModelOptions, store: StoreFile = None, as_json: Json = False) 
             wanted = remedy(extra) if extra else f"`pip install {package}`"
             report[package] = f"missing ({'optional: ' if extra else ''}{wanted})"
     problems = [
-        f"{path} is missing, and the embedded model does its work less well without it. Install "
-        "goalscope again."
+        f"{path} is missing; the embedded model is less accurate without it. Reinstall goalscope."
         for path in lost_adapters()
     ]
     try:
@@ -184,7 +183,7 @@ def doctor(given: ModelOptions, store: StoreFile = None, as_json: Json = False) 
 
 
 def _report(report: dict[str, Any], as_json: bool) -> None:
-    """Print what was found; exit code 1 if there are problems."""
+    """Print the findings; exit with code 1 if there are problems."""
     from goalscope.safe_text import model_shown
 
     if as_json:
@@ -203,7 +202,7 @@ def _report(report: dict[str, Any], as_json: bool) -> None:
 
 
 def _engine(model: LlamaCpp, runs: Engine) -> str:
-    """Which engine runs a model, and how it compares with the other one here."""
+    """The engine that runs a model, and how it compares with the other one on this machine."""
     from goalscope.extras import remedy
     from goalscope.models.engine import NATIVE, READY
 
@@ -211,14 +210,14 @@ def _engine(model: LlamaCpp, runs: Engine) -> str:
         found = any(map(shutil.which, filter(None, (os.environ.get("CXX"), *_COMPILERS))))
         first = "" if found else "install a C++ compiler (Debian's package g++) first, then "
         return (
-            f"{runs.name}, ready-built; one compiled for this processor can be faster: "
+            f"{runs.name}, prebuilt; one compiled for this processor can be faster: "
             f"{first}{remedy('native')}"
         )
     told = f"{runs.name}, compiled for this processor"
     if not READY.library:
         return told
     ratio = model.prompt_seconds(by=READY.load()) / model.prompt_seconds(by=runs)
-    return f"{told}; it reads {ratio:.1f} times as fast as the ready-built one"
+    return f"{told}; it reads {ratio:.1f} times as fast as the prebuilt one"
 
 
 def _trials(tuning: Tuning) -> list[str]:

@@ -1,4 +1,4 @@
-"""The options that commands share: each is declared once, alone or in a class of options."""
+"""Options that commands share, alone or grouped in classes."""
 
 from __future__ import annotations
 
@@ -43,23 +43,23 @@ __all__ = [
 
 Method = Annotated[
     Literal["good", "no-goals", "no-inference"],
-    typer.Option(help="GOOD, or what the paper compares with it."),
+    typer.Option(help="GOOD, or a baseline of the paper."),
 ]
 Layout = Annotated[
     Literal["goal-first", "goal-last"] | None,
-    typer.Option(help="Where the likelihood prompt states the goal."),
+    typer.Option(help="Where the likelihood prompt puts the goal."),
 ]
-EndOfTurn = Annotated[bool, typer.Option(help="Score the end of the utterance, too.")]
+EndOfTurn = Annotated[bool, typer.Option(help="Also score the end of the utterance.")]
 CalibrationName = Annotated[
     str | None,
     typer.Option(
         "--calibration",
         metavar="paper|default|last-turn|FILE",
-        help="How evidence becomes probabilities.  [default: for given goals what `calibrate` "
-        "found for the model, the default for an agent]",
+        help="How evidence becomes probabilities.  [default: the model's own for given goals, the "
+        "default one for an agent]",
     ),
 ]
-Seed = Annotated[int, typer.Option(min=0, help="Seed of all random draws.")]
+Seed = Annotated[int, typer.Option(min=0, help="Random seed.")]
 Model = Annotated[
     str | None,
     typer.Option(
@@ -69,51 +69,52 @@ Model = Annotated[
     ),
 ]
 Writer = Annotated[
-    str | None, typer.Option(metavar="MODEL", help="The model that writes, if not --model.")
+    str | None, typer.Option(metavar="MODEL", help="Model that writes.  [default: --model]")
 ]
 Scorer = Annotated[
     str | None,
-    typer.Option(metavar="MODEL", help="The model that scores utterances, if not --model."),
+    typer.Option(metavar="MODEL", help="Model that scores utterances.  [default: --model]"),
 ]
 Tokenizer = Annotated[
     str | None,
-    typer.Option(help="GGUF file, folder or hub name of the tokenizer of a server's model."),
+    typer.Option(help="Tokenizer of a server's model: GGUF file, folder or hub name."),
 ]
 Adapter = Annotated[
     str | None,
     typer.Option(
         metavar="FILE|FOLDER|none",
-        help="LoRA adapter for the model that scores.  "
-        "[default: the one that comes with goalscope, for its own model]",
+        help="LoRA adapter for the scoring model.  [default: the one that ships with goalscope, "
+        "for its own model]",
     ),
 ]
-Calls = Annotated[Path | None, typer.Option(help="File that caches the model's answers.")]
+Calls = Annotated[Path | None, typer.Option(help="Cache file for the model's answers.")]
 StoreFile = Annotated[
     str | None,
     typer.Option(
         "--store",
         metavar="FILE|postgresql://USER:PASSWORD@HOST/DATABASE",
-        help="Where episodes are kept.  [default: $GOALSCOPE_STORE]",
+        help="Store of episodes.  [default: $GOALSCOPE_STORE]",
     ),
 ]
-Json = Annotated[bool, typer.Option("--json", help="JSON on standard output, and nothing else.")]
+Json = Annotated[bool, typer.Option("--json", help="Print only JSON to standard output.")]
 ReadingAdapter = Annotated[
     str | None,
     typer.Option(
         "--adapter",
         metavar="ADAPTER",
-        help="Fitted by `fit-writer`, or none.  [default: the one that comes with goalscope, for "
-        "its own model]",
+        help="Adapter fitted by `fit-writer`, or none.  [default: the one that ships with "
+        "goalscope, for its own model]",
     ),
 ]
 ReadingForm = Annotated[
-    Literal["text", "json"], typer.Option("--form", help="How a reading is written.")
+    Literal["text", "json"],
+    typer.Option("--form", help="Form in which the model writes a reading."),
 ]
 
 
 @dataclass(frozen=True)
 class ModelOptions:
-    """Which models write and score."""
+    """The models that write and score."""
 
     model: Model = None
     generator: Writer = None
@@ -128,34 +129,40 @@ class ModelOptions:
 
 @dataclass(frozen=True)
 class EpisodeOptions(ModelOptions):
-    """What makes an episode what it is, as a person gives it."""
+    """The options that define an episode."""
 
     domain: Annotated[
         str,
         typer.Argument(
             metavar="[grocery|house|FILE.py]",
-            help="Where the agent acts; a file is a domain of your own.",
+            help="Domain to act in, or the Python file of your own.",
         ),
     ] = "grocery"
     method: Method = "good"
-    catalogue: Annotated[Path | None, typer.Option(help="CSV file of your own shop.")] = None
+    catalogue: Annotated[Path | None, typer.Option(help="CSV file of your own shop's items.")] = (
+        None
+    )
     columns: Annotated[
         list[str] | None,
-        typer.Option("--column", metavar="NAME=TITLE", help="Heading that holds name, price, ..."),
+        typer.Option(
+            "--column",
+            metavar="NAME=TITLE",
+            help="Map a field (name, price, ...) to a column heading.",
+        ),
     ] = None
     scene: Annotated[
         str | None,
-        typer.Option(metavar="NAME|FILE", help="The house's room; see `house scenes`."),
+        typer.Option(metavar="NAME|FILE", help="Room of the house; see `house scenes`."),
     ] = None
     simulator: Annotated[
-        Literal["house", "thor"], typer.Option(help="The embedded house, or AI2-THOR.")
+        Literal["house", "thor"], typer.Option(help="The embedded simulator, or AI2-THOR.")
     ] = "house"
     unity: Annotated[
-        Path | None, typer.Option(help="Program that AI2-THOR starts, if not its own build.")
+        Path | None, typer.Option(help="Program for AI2-THOR to start.  [default: its own build]")
     ] = None
     picture: Annotated[
         Path | None,
-        typer.Option(metavar="FILE.svg", help="Draw the house's room into it each round."),
+        typer.Option(metavar="FILE.svg", help="Draw the room to this file each round."),
     ] = None
     layout: Layout = None
     end_of_turn: EndOfTurn = False
@@ -164,26 +171,25 @@ class EpisodeOptions(ModelOptions):
         str | None,
         typer.Option(
             metavar="PROBABILITY|paper",
-            help="Propose goals once Unspecified is likelier than this by the words since the "
-            "newest goals; paper: once it is the likeliest.  [default: 0.5]",
+            help="Propose goals once the probability of Unspecified, given the words since the "
+            "newest goals, exceeds this; paper: once it is the likeliest.  [default: 0.5]",
         ),
     ] = None
     prompted: Annotated[
         list[str] | None,
         typer.Option(
             metavar="all|propose|remove|plan|query",
-            help="Use the paper's prompt for this, even with a model that was taught it; "
-            "repeatable. A model that was taught nothing proposes, plans and asks by prompts in "
-            "any case.",
+            help="Use the paper's prompt for this module even if the model is fitted for it; "
+            "repeatable. Other models always propose, plan and ask by prompts.",
         ),
     ] = None
     seed: Seed = 0
 
     def settings(self, **more: Any) -> Settings:
-        """The settings of an episode, which a resumed one finds again from any folder.
+        """The settings of an episode, with full paths so that it can be resumed from any folder.
 
         Args:
-            **more: Settings that commands have options of their own for: human, profiles, rounds.
+            **more: Settings from the command's own options: human, profiles, rounds.
 
         Raises:
             InvalidInputError: An option cannot be used, or would have no effect.
@@ -222,22 +228,22 @@ class EpisodeOptions(ModelOptions):
             foreign["--simulator"] = self.simulator != "house"
         for option, given in foreign.items():
             if given:
-                raise InvalidInputError(f"{option} is not for the domain {domain!r}.")
+                raise InvalidInputError(f"{option} does not apply to the domain {domain!r}.")
         if self.unity and self.simulator != "thor":
-            raise InvalidInputError("--unity goes with --simulator thor.")
+            raise InvalidInputError("--unity needs --simulator thor.")
         if self.method != "good":
             for name in ("layout", "end_of_turn", "calibration", "propose"):
                 if getattr(self, name):
                     raise InvalidInputError(
-                        f"--{name.replace('_', '-')} is for the method 'good': {self.method!r} "
-                        "weighs no evidence. Leave it out."
+                        f"--{name.replace('_', '-')} only applies to the method 'good'; "
+                        f"{self.method!r} computes no evidence. Leave it out."
                     )
 
 
 def expand_options(command: Callable[..., None]) -> Callable[..., None]:
-    """Expand a parameter that is a class of options into one parameter for each of its fields.
+    """Expand a parameter that is a class of options into one parameter per field.
 
-    Typer sees the fields; the command gets the class.
+    Typer sees the fields; the command receives the class.
     """
     classes: dict[str, type[Any]] = {}
     expanded = list[Any]()
@@ -272,13 +278,13 @@ def check_picture(picture: Path | None, domain: str) -> None:
         InvalidInputError: The domain has no rooms, or the picture's folder is missing.
     """
     if picture and domain != "house":
-        raise InvalidInputError(f"--picture is not for the domain {domain!r}.")
+        raise InvalidInputError(f"--picture does not apply to the domain {domain!r}.")
     if picture and not picture.absolute().parent.is_dir():
         raise InvalidInputError(f"There is no folder {picture.parent} for the picture.")
 
 
 def calibration_file(given: str | None) -> str | None:
-    """The name of a calibration, or its file by the full path, once it is known to be one."""
+    """The name of a calibration, or the full path of its file, once it is checked."""
     from goalscope.calibrations import NAMED, calibration_named
 
     if given is None or given in NAMED:
@@ -292,7 +298,7 @@ def _absolute(path: Path | None) -> str | None:
 
 
 def _scene(given: str | None) -> str | None:
-    """A scene's name, or its file by the full path."""
+    """The name of a scene, or the full path of its file."""
     return str(Path(given).absolute()) if given and Path(given).is_file() else given
 
 

@@ -1,4 +1,4 @@
-"""`goalscope bench reading` and `fit-writer`: how well messages are read, and teaching it."""
+"""`goalscope bench reading` and `fit-writer`: measure and improve how messages are read."""
 
 from __future__ import annotations
 
@@ -27,18 +27,18 @@ if TYPE_CHECKING:
 __all__ = ["bench_reading", "fit_writer"]
 
 ALIASES = {"shop": "grocery", "robot": "house"}
-"""Other names that a corpus may have for a domain."""
+"""Other names for a domain in a corpus."""
 
 Corpus = Annotated[
-    Path, typer.Argument(metavar="FILE.jsonl", help="Messages; or a folder of them.")
+    Path, typer.Argument(metavar="FILE.jsonl", help="JSONL file of messages, or a folder of them.")
 ]
 Domains = Annotated[
     list[str] | None,
     typer.Option(
         "--domain",
         metavar="grocery|house|FILE.py|FILE.toml",
-        help="Only this one's messages. A file of Python is your own domain, and the messages are "
-        "those of its name; one in TOML declares domains by their verbs. May be repeated.",
+        help="Use only the messages of this domain; repeatable. A Python file is your own domain, "
+        "and its name selects the messages; a TOML file declares domains by their verbs.",
     ),
 ]
 
@@ -49,15 +49,19 @@ def bench_reading(
     model: Model = None,
     adapter: ReadingAdapter = None,
     form: ReadingForm = "text",
-    limit: Annotated[int | None, typer.Option(min=1, help="Only so many, evenly spread.")] = None,
-    worst: Annotated[int, typer.Option(min=0, help="Messages to list, the worst first.")] = 10,
+    limit: Annotated[
+        int | None, typer.Option(min=1, help="Use only N messages, evenly spread.")
+    ] = None,
+    worst: Annotated[
+        int, typer.Option(min=0, help="Number of messages to list, worst first.")
+    ] = 10,
     as_json: Json = False,
 ) -> None:
-    """Read messages whose orders are known, and compare.
+    """Read messages with known orders, and report the accuracy.
 
     A line of the file is {"id", "domain", "context": [earlier messages], "message", "orders":
-    [{"do", "what", "quantity", "unit", "for", "where", "if"}]}. Exact are messages whose orders
-    are all right; F1 is that of orders by verb and thing.
+    [{"do", "what", "quantity", "unit", "for", "where", "if"}]}. A message is exact if all its
+    orders are right; F1 compares orders by verb and target.
     """
     from goalscope.benchmarks.reading import (
         asking,
@@ -137,7 +141,7 @@ def bench_reading(
     ]
     show_tables([Table("reading", "Messages read", rows)], as_json)
     out = console()
-    out.print(f"Median time of a message: {median:.2f} s. Not read: {found['all'].unread:.1%}.")
+    out.print(f"Median time per message: {median:.2f} s. Not read: {found['all'].unread:.1%}.")
     for each in costs:
         out.print(
             f"Asking below {each.threshold:g} nats: {each.asked:.1%} of the orders, "
@@ -158,33 +162,31 @@ def fit_writer(
         list[Path],
         typer.Argument(
             metavar="CORPUS...",
-            help="JSONL files, or folders of them; one named twice is learned from twice as often.",
+            help="JSONL files, or folders of them; a file named twice is sampled twice as often.",
         ),
     ],
-    out: Annotated[Path, typer.Option(metavar="DIR", help="Folder of the adapter.")],
+    out: Annotated[Path, typer.Option(metavar="DIR", help="Folder for the adapter.")],
     domain: Domains = None,
     model: FitModel = None,
     start: Annotated[
-        Path | None, typer.Option(metavar="ADAPTER", help="Writing adapter to begin with.")
+        Path | None, typer.Option(metavar="ADAPTER", help="Writing adapter to start from.")
     ] = None,
     validate: Annotated[
         list[Path] | None,
-        typer.Option(metavar="CORPUS", help="What it is tried on in the end; repeatable."),
+        typer.Option(metavar="CORPUS", help="Validation file or folder; repeatable."),
     ] = None,
-    epochs: Annotated[
-        float, typer.Option(min=0.001, help="How often each conversation is learned from.")
-    ] = 2.0,
-    learning_rate: Annotated[float, typer.Option(help="At its highest.")] = 1e-3,
-    rank: Annotated[int, typer.Option(min=1, help="Of the adapter.")] = 32,
+    epochs: Annotated[float, typer.Option(min=0.001, help="Passes over the corpus.")] = 2.0,
+    learning_rate: Annotated[float, typer.Option(help="Peak learning rate.")] = 1e-3,
+    rank: Annotated[int, typer.Option(min=1, help="Rank of the adapter.")] = 32,
     seed: Seed = 1,
     device: Device = None,
 ) -> None:
-    """Teach a model to read what people say, to name goals and their needs, and to ask.
+    """Fit a model to read messages, propose goals, name what they need, and ask questions.
 
-    A corpus holds messages with their orders, talks with their goals and the next question, or
-    occasions with what they call for (or recipes). Run again, it goes on where it stopped. The
-    folder then holds the adapter; `goalscope bench reading FILE.jsonl --adapter DIR` measures how
-    it reads, and `fit.json` tells how well it knows what --validate names.
+    A corpus holds messages with their orders, conversations with their goals and the next question,
+    or occasions with what they need (or recipes). Running it again continues where it stopped. The
+    folder then holds the adapter; `goalscope bench reading FILE.jsonl --adapter DIR` measures its
+    reading, and `fit.json` has the accuracy on the --validate files.
     """
     from goalscope.fitting.corpus import corpus_facts, read_entries
     from goalscope.fitting.lessons import lessons_of
@@ -226,7 +228,7 @@ def fit_writer(
 
 
 def _taught(found: Sequence[Entry], languages: dict[str, Language], only: bool) -> list[Entry]:
-    """The same; of the messages only those that `_chosen` takes."""
+    """The same corpus, with only the messages that `_chosen` selects."""
     from goalscope.benchmarks.reading import Line
 
     lines = [each for each in found if isinstance(each, Line)]
@@ -235,7 +237,7 @@ def _taught(found: Sequence[Entry], languages: dict[str, Language], only: bool) 
 
 
 def _languages(domains: Sequence[str] | None) -> dict[str, Language]:
-    """What can be asked for, by the name that lines have for the domain."""
+    """The verbs of each domain, by the domain's name in the corpus."""
     from goalscope.benchmarks.reading import Language, read_languages
     from goalscope.domains import Settings, load_domain, open_environment
 
@@ -264,12 +266,14 @@ def _chosen(lines: Sequence[Line], languages: dict[str, Language], only: bool) -
     for line in named:
         if not only and line.domain not in languages:
             raise InvalidInputError(
-                f"{line.id} was said in {line.domain!r}, which is no domain here. Name its file "
-                "with --domain FILE.py, and each other domain that is meant."
+                f"{line.id} is of the domain {line.domain!r}, which is unknown here. Name its "
+                "file with --domain FILE.py, and every other domain to use."
             )
     found = [line for line in named if line.domain in languages]
     if not found:
-        raise InvalidInputError(f"There are no messages of {' or '.join(languages)} in the corpus.")
+        raise InvalidInputError(
+            f"The corpus has no messages of the domain {' or '.join(languages)}."
+        )
     known = {
         name: sorted(verb.name for verb in (*each.verbs, *DIALOGUE_ACTS))
         for name, each in languages.items()
@@ -278,7 +282,7 @@ def _chosen(lines: Sequence[Line], languages: dict[str, Language], only: bool) -
         for order in line.orders:
             if order.do not in known[line.domain]:
                 raise InvalidInputError(
-                    f"{line.id}: {order.do!r} is no verb of {line.domain}. The verbs are: "
+                    f"{line.id}: {order.do!r} is not a verb of {line.domain}. The verbs are: "
                     f"{', '.join(known[line.domain])}."
                 )
     return found

@@ -1,4 +1,4 @@
-"""`goalscope report`: results as Markdown with tables and figures."""
+"""`goalscope report`: write results as Markdown with tables and figures."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ __all__ = ["report"]
 
 def report(
     source: Annotated[
-        Path, typer.Argument(help="Folder of results, one file of it, or a file of episodes.")
+        Path, typer.Argument(help="Folder of results, one of its files, or a store of episodes.")
     ],
     out: Annotated[
         Path | None,
@@ -26,9 +26,9 @@ def report(
     ] = None,
     as_json: Json = False,
 ) -> None:
-    """Write a summary of results; in FILE/ a page a part, figures (SVG) and tables (CSV).
+    """Write a summary of results, and a folder with pages, figures (SVG) and tables (CSV).
 
-    With --json the tables are printed, and files are only written if --out names one.
+    With --json, the tables are printed, and files are written only if --out is given.
     """
     from goalscope.report import read_report, write_report
     from goalscope.safe_text import terminal_safe
@@ -37,7 +37,7 @@ def report(
     found = read_report(source, draw=file is not None)
     said = [f"Left out: {' '.join(why.split())}" for why in found.skipped]
     said += [
-        f"{section.name}: {section.done:,} of {section.planned:,} cells are measured."
+        f"{section.name}: {section.done:,} of {section.planned:,} cells measured."
         for section in found.sections
         if section.done < section.planned
     ]

@@ -1,4 +1,4 @@
-"""`goalscope serve` and `mcp`: the web page, and goal tracking for assistants."""
+"""`goalscope serve` and `goalscope mcp`: the web page, and goal tracking for assistants."""
 
 from __future__ import annotations
 
@@ -27,11 +27,11 @@ __all__ = ["kept_key", "mcp", "serve"]
 LOOPBACK = ("127.0.0.1", "::1", "localhost")
 
 SHORTEST, SHORTEST_GIVEN = 32, 16
-"""Fewest characters of a key that goalscope makes, and of a key or password that is given."""
+"""Minimum length of a generated key, and of a key or password that the user gives."""
 
 
 def kept_key() -> tuple[str, Path]:
-    """The key of this user's servers, made at the first start, and the file that keeps it.
+    """The key of this user's servers, generated at the first start, and its file.
 
     Raises:
         GoalscopeError: It cannot be written or read, or has changed.
@@ -60,44 +60,46 @@ def kept_key() -> tuple[str, Path]:
         shared = os.name == "posix" and file.stat().st_mode & 0o077
         key = file.read_text("ascii").strip()
     except (OSError, UnicodeDecodeError) as error:
-        raise GoalscopeError(f"The key of the host cannot be kept ({error}). {remedy}") from None
+        raise GoalscopeError(f"Cannot save the host key ({error}). {remedy}") from None
     if shared:
-        raise GoalscopeError(f"Others may read the key of the host. {remedy}")
+        raise GoalscopeError(f"Other users can read the host key. {remedy}")
     if len(key) < SHORTEST:
-        raise GoalscopeError(f"The key of the host is broken. {remedy}")
+        raise GoalscopeError(f"The file of the host key is damaged. {remedy}")
     return key, file
 
 
 @expand_options
 def serve(
     *,
-    host: Annotated[str, typer.Option(help="Address to listen at.")] = "127.0.0.1",
+    host: Annotated[str, typer.Option(help="Address to listen on.")] = "127.0.0.1",
     port: Annotated[int, typer.Option(min=0, max=65535, help="Port; 0 for a free one.")] = 8000,
     name: Annotated[
         list[str] | None,
-        typer.Option(help="Another HOST[:PORT] under which browsers reach it, such as a proxy's."),
+        typer.Option(
+            help="Another HOST[:PORT] under which browsers reach the server, such as a proxy's."
+        ),
     ] = None,
     password: Annotated[
         str | None,
         typer.Option(
             envvar="GOALSCOPE_PASSWORD",
-            help="What visitors must give; needed beyond this machine.",
+            help="Password for visitors; required for access from other machines.",
         ),
     ] = None,
     key: Annotated[
         str | None,
         typer.Option(
             envvar="GOALSCOPE_KEY",
-            help="What you give to see all episodes.  [default: the kept one]",
+            help="Key to see everybody's episodes.  [default: the saved one]",
         ),
     ] = None,
     models: ModelOptions,
     seed: Seed = 0,
     store: StoreFile = None,
 ) -> None:
-    """Serve the web page: chat, watch the belief move, correct it.
+    """Serve the web page: chat, watch the belief, correct it.
 
-    All visitors have episodes of their own; who has your key, which is kept, sees all of them.
+    Visitors see only their own episodes; with your key, which is saved, you see everybody's.
     """
     import socket
 
@@ -114,17 +116,17 @@ def serve(
 
     if host not in LOOPBACK and not password:
         raise InvalidInputError(
-            "Others could reach this address. Give a --password (or GOALSCOPE_PASSWORD) that they "
-            "must enter, or leave out --host."
+            "Other machines could reach this address. Set a --password (or "
+            "GOALSCOPE_PASSWORD) for visitors, or leave out --host."
         )
     if key and len(key) < SHORTEST_GIVEN:
         raise InvalidInputError(
-            f"That key could be guessed. Give one of at least {SHORTEST_GIVEN} characters, or none "
-            "(--key, GOALSCOPE_KEY): then one is made."
+            f"That key is too easy to guess. Use at least {SHORTEST_GIVEN} characters, or "
+            "leave out --key (and GOALSCOPE_KEY) to have one generated."
         )
     if password and len(password) < SHORTEST_GIVEN:
         raise InvalidInputError(
-            f"That password could be guessed. Give one of at least {SHORTEST_GIVEN} characters "
+            f"That password is too easy to guess. Use at least {SHORTEST_GIVEN} characters "
             "(--password, GOALSCOPE_PASSWORD)."
         )
     family = socket.AF_INET6 if ":" in host else socket.AF_INET
@@ -134,7 +136,7 @@ def serve(
             listening.bind((host, port))
         except OSError as error:
             raise InvalidInputError(
-                f"Nothing can listen at {host} port {port}: {error.strerror}. Name another --port."
+                f"Cannot listen on {host} port {port}: {error.strerror}. Choose another --port."
             ) from error
         port = listening.getsockname()[1]
         reached = {"127.0.0.1", "localhost", "[::1]", f"[{host}]" if ":" in host else host}
@@ -149,15 +151,15 @@ def serve(
             shown = f"[{host}]" if ":" in host else host
             out = console()
             listening.listen()  # so that who reads the address now is not refused
-            out.print(f"goalscope is at http://{shown}:{port}/", soft_wrap=True)
+            out.print(f"goalscope is running at http://{shown}:{port}/", soft_wrap=True)
             secret = key if out.is_terminal else "KEY"  # what is no terminal may be a log
             out.print(
                 f"For you, with everybody's episodes: http://{shown}:{port}/?key={secret}",
                 soft_wrap=True,
             )
             if file:
-                out.print(f"The key is kept in {file}.", style="dim", soft_wrap=True)
-            out.print("Ctrl-C stops it; everything is stored.", style="dim")
+                out.print(f"The key is saved in {file}.", style="dim", soft_wrap=True)
+            out.print("Press Ctrl-C to stop; everything is saved.", style="dim")
             config = uvicorn.Config(
                 guarded,
                 log_config=None,  # ours, which no text can forge
@@ -176,7 +178,7 @@ def mcp(
     seed: Seed = 0,
     store: StoreFile = None,
 ) -> None:
-    """Serve goal tracking to an assistant, over the Model Context Protocol on standard input.
+    """Serve goal tracking to an assistant over the Model Context Protocol (stdin and stdout).
 
     The assistant's program starts it; see docs/tracking.md.
     """

@@ -1,4 +1,4 @@
-"""`goalscope study`: people rate episodes on a page of their own."""
+"""`goalscope study`: people rate episodes on a web page."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ __all__ = ["study"]
 
 study = typer.Typer(no_args_is_help=True, help="Studies in which people rate episodes.")
 
-Name = Annotated[str, typer.Argument(help="Of the study.")]
+Name = Annotated[str, typer.Argument(help="Name of the study.")]
 
 
 @contextmanager
@@ -35,7 +35,7 @@ def _opened(place: str | None) -> Generator[tuple[Store, StudyStore]]:
 
 @study.command()
 def example() -> None:
-    """Print a study's file with all that it may say."""
+    """Print an example of a study file with all its keys."""
     from importlib.resources import files
 
     print((files("goalscope.study") / "example.toml").read_text("utf-8"), end="")
@@ -43,10 +43,12 @@ def example() -> None:
 
 @study.command()
 def new(
-    file: Annotated[Path, typer.Argument(help="What the study is, TOML; see `example`.")],
+    file: Annotated[
+        Path, typer.Argument(help="TOML file that describes the study; see `example`.")
+    ],
     store: StoreFile = None,
 ) -> None:
-    """Make a study of episodes in the store. It never changes afterwards."""
+    """Create a study of the episodes in the store. It never changes afterwards."""
     from goalscope.study.items import chosen_episodes
     from goalscope.study.plan import read_plan
 
@@ -56,18 +58,21 @@ def new(
         studies.add(plan)
     people = -(-len(found) * plan.ratings_per_item // min(plan.items_per_participant, len(found)))
     told = (
-        f"Study {plan.name} has {pluralize(len(found), 'episode')} to rate, which takes "
-        f"{_people(people)} or more. `goalscope serve` shows it. Give each of them a link with an "
-        f"id of their own: /study/{plan.name}?id=..."
+        f"Study {plan.name} has {pluralize(len(found), 'episode')} to rate, which takes at "
+        f"least {_people(people)}. `goalscope serve` serves it. Give each participant a link "
+        f"with their own id: /study/{plan.name}?id=..."
     )
     if real := sum(info.profile is None for info in found):
-        told += f" They will read what real people said in {real} of them. Do these know that?"
+        told += (
+            f" Participants will read what real people said in {real} of the episodes. Make sure "
+            "that these people agree."
+        )
     console().print(told, soft_wrap=True)
 
 
 @study.command(name="list")
 def list_studies(store: StoreFile = None, as_json: Json = False) -> None:
-    """List the studies, and how many people have finished."""
+    """List the studies and how many people have finished."""
     from goalscope.cli.tables import show_tables
     from goalscope.experiment.summary import Row, Table
 
@@ -83,14 +88,14 @@ def list_studies(store: StoreFile = None, as_json: Json = False) -> None:
     if rows or as_json:
         show_tables([Table("studies", "Studies", rows)], as_json)
     else:
-        print("There is no study yet. `goalscope study new FILE` makes one.")
+        print("There are no studies yet. `goalscope study new FILE` creates one.")
 
 
 @study.command()
 def show(name: Name, store: StoreFile = None, as_json: Json = False) -> None:
-    """Show how far a study is, how raters agree, and the scores.
+    """Show the progress of a study, the agreement of raters, and the scores.
 
-    The evaluator's and the state's scores of the same episodes stand beside people's.
+    Human scores are shown next to those of the evaluator and of the final state.
     """
     from goalscope.cli.tables import show_tables
     from goalscope.study.summary import study_tables
@@ -101,36 +106,36 @@ def show(name: Name, store: StoreFile = None, as_json: Json = False) -> None:
 
 @study.command()
 def close(name: Name, store: StoreFile = None) -> None:
-    """Take no new participants; those who have begun may finish."""
+    """Close a study to new participants; those who have begun may finish."""
     with _opened(store) as (_, studies):
         studies.close(studies.named(name))
-    print(f"Study {name} is closed: it takes no new participants. Who has begun may finish.")
+    print(f"Study {name} is closed to new participants. Those who have begun may finish.")
 
 
 @study.command(name="delete")
 def delete_study(
     name: Name,
-    yes: Annotated[bool, typer.Option("--yes", help="Do not ask.")] = False,
+    yes: Annotated[bool, typer.Option("--yes", help="Do not ask for confirmation.")] = False,
     store: StoreFile = None,
 ) -> None:
-    """Delete a study with all participants and answers. The episodes stay."""
+    """Delete a study with all its participants and answers, but not its episodes."""
     with _opened(store) as (_, studies):
         found = studies.named(name)
         people = _people(len(studies.participants(found)))
         if not yes:
-            typer.confirm(f"Delete study {name} and all that {people} answered?", abort=True)
+            typer.confirm(f"Delete study {name} and the answers of {people}?", abort=True)
         studies.delete(found)
-    print(f"Study {name} is deleted, with all that {people} answered. Its episodes stay.")
+    print(f"Deleted study {name} and the answers of {people}. Its episodes are kept.")
 
 
 @study.command()
 def export(
     name: Name,
-    out: Annotated[Path, typer.Option(metavar="FILE.csv", help="Where to.")],
+    out: Annotated[Path, typer.Option(metavar="FILE.csv", help="CSV file to write.")],
     store: StoreFile = None,
-    ids: Annotated[bool, typer.Option(help="With the ids in people's links.")] = True,
+    ids: Annotated[bool, typer.Option(help="Include the ids from participants' links.")] = True,
 ) -> None:
-    """Write every answer as CSV, one a line."""
+    """Write all answers as CSV, one per line."""
     from goalscope.study.summary import as_csv
 
     with _opened(store) as (opened, studies):
@@ -138,16 +143,16 @@ def export(
     try:
         out.write_text(text, encoding="utf-8", newline="")
     except OSError as error:
-        raise InvalidInputError(f"{out} cannot be written: {error.strerror}.") from None
+        raise InvalidInputError(f"Cannot write {out}: {error.strerror}.") from None
 
 
 @study.command()
 def forget(
     name: Name,
-    participant: Annotated[int, typer.Argument(help="Their number, as `export` has it.")],
+    participant: Annotated[int, typer.Argument(help="Number of the participant, as in `export`.")],
     store: StoreFile = None,
 ) -> None:
-    """Delete a participant who withdraws their consent, with all their answers."""
+    """Delete a participant who withdraws consent, with all their answers."""
     with _opened(store) as (_, studies):
         studies.forget(studies.named(name), participant)
 

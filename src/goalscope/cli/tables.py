@@ -1,4 +1,4 @@
-"""Tables at the terminal, or as JSON."""
+"""Print tables on the terminal or as JSON."""
 
 from __future__ import annotations
 
@@ -19,10 +19,10 @@ __all__ = ["show_tables"]
 
 
 def show_tables(tables: Sequence[Table], as_json: bool) -> None:
-    """Print tables, and below each what one must know to read it and was not yet said.
+    """Print tables, each followed by those of its notes that were not printed before.
 
-    Of turns the last is shown. Tables that are too wide come in parts, each with the columns that
-    name the rows.
+    Tables by turn show only the last turn. Tables that are too wide are split into parts, each with
+    the columns that name the rows.
     """
     from rich.padding import Padding
 
@@ -47,7 +47,7 @@ def show_tables(tables: Sequence[Table], as_json: bool) -> None:
 
 
 def _grids(table: Table, room: int) -> Iterator[Grid]:
-    """The columns in as many grids as it takes for no figure to be broken."""
+    """Split the columns over grids so that no figure is broken."""
     from rich.box import SIMPLE_HEAD
     from rich.cells import cell_len
     from rich.table import Table as Grid

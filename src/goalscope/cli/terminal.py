@@ -1,4 +1,4 @@
-"""What commands share at the terminal: consoles, progress, and opening a model."""
+"""Consoles, progress bars and model loading for the commands."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ __all__ = [
 ]
 
 LINES = 30.0
-"""Least seconds between two lines of progress where no bar is shown."""
+"""Minimum seconds between two lines of progress without a bar."""
 
 
 def console(*, stderr: bool = False) -> Console:
@@ -37,18 +37,18 @@ def console(*, stderr: bool = False) -> Console:
 
 
 def spinner(out: Console, words: str) -> Status:
-    """A spinner above which `out` can print; on standard error where `out` is no terminal.
+    """A spinner above which `out` can print; on standard error if `out` is not a terminal.
 
-    A file or a pipe gets none, even where FORCE_COLOR has rich take it for a terminal.
+    Files and pipes never get one, even if FORCE_COLOR makes rich treat them as a terminal.
     """
     return (out if out.file.isatty() else console(stderr=True)).status(words)
 
 
 @contextmanager
 def progress(what: str) -> Generator[Callable[[int, int], None]]:
-    """A progress bar with the time left; yields a function to call with how many of how many.
+    """A progress bar; yields a function that takes the number done and the total.
 
-    Where standard error is no terminal, it prints a line now and then.
+    If standard error is not a terminal, it prints a line now and then.
     """
     from rich.progress import (
         BarColumn,
@@ -87,7 +87,7 @@ def progress(what: str) -> Generator[Callable[[int, int], None]]:
 
 @contextmanager
 def measuring(what: str) -> Generator[Callable[[str, float], None]]:
-    """A spinner that becomes a bar with the first report: what is measured, and the share done."""
+    """A spinner that becomes a bar at the first report of a step and the share done."""
     from rich.progress import Progress, SpinnerColumn
 
     out = console(stderr=True)
@@ -110,7 +110,7 @@ def measuring(what: str) -> Generator[Callable[[str, float], None]]:
 def opened_model(
     names: Mapping[str, str | None], calls: Path | None = None
 ) -> Generator[OpenModel]:
-    """A model by its `model_names`, closed at the end; then prints the usage of servers."""
+    """Open a model by its `model_names`, close it at the end, and print the usage of servers."""
     from goalscope.models.opening import open_model, parts
 
     with measuring("Loading the model") as report:
@@ -128,7 +128,7 @@ def opened_model(
 def settings_model(
     settings: Settings, calls: Path | None = None
 ) -> AbstractContextManager[OpenModel]:
-    """The model that an episode's settings name; see `opened_model`."""
+    """Open the model named by an episode's settings; see `opened_model`."""
     from goalscope.models.opening import MODEL_KEYS
 
     return opened_model({key: getattr(settings, key) for key in MODEL_KEYS}, calls)
@@ -141,9 +141,9 @@ def model_names(
     tokenizer: str | None = None,
     adapter: str | None = None,
 ) -> dict[str, str | None]:
-    """The arguments of `open_model` from the options, as they are found from any folder.
+    """The arguments of `open_model` from the options, valid from any folder.
 
-    Files and folders are named by their full path; a tokenizer that is neither is a hub's name.
+    Files and folders become full paths; any other tokenizer is a name on the hub.
     """
     from goalscope.models.adapters import NO_ADAPTER
 
@@ -157,7 +157,7 @@ def model_names(
 
 
 def _full_path(name: str | None) -> str | None:
-    """The full path of a file or folder; anything else as it is."""
+    """The full path of an existing file or folder; anything else unchanged."""
     return str(Path(name).absolute()) if name and Path(name).exists() else name
 
 

@@ -1,4 +1,4 @@
-"""Opens databases: durable, of goalscope alone, and with the tables of this version."""
+"""Open durable databases with this version's tables; refuse those of other programs."""
 
 from __future__ import annotations
 
@@ -45,23 +45,23 @@ NETWORK = (
 WRITING = {"goalscope_writing": True}
 """Execution options of connections that write."""
 
-SERVER = "Is the server running, and is the address right? It was given with --store."
+SERVER = "Check that the server is running and that the address in --store is right."
 ADVICE = {
     # SQLite, by the name of the error
     "SQLITE_FULL": "The disk is full: free some space.",
-    "SQLITE_IOERR": "The disk is full or broken: free some space, or name another one's file.",
+    "SQLITE_IOERR": "The disk is full or broken: free some space, or name a file on another disk.",
     "SQLITE_BUSY": "Another program is writing to it: close that one and try again.",
     "SQLITE_LOCKED": "Another program is writing to it: close that one and try again.",
-    "SQLITE_READONLY": "It may not be written: name another file.",
-    "SQLITE_CANTOPEN": "It may not be opened: name another file.",
+    "SQLITE_READONLY": "It is not writable: name another file.",
+    "SQLITE_CANTOPEN": "It cannot be opened: name another file.",
     "SQLITE_CORRUPT": "It is damaged: move it away, and a new one is created.",
     # PostgreSQL, by SQLSTATE or its class
     "08": SERVER,
     "22": "The database's encoding should be UTF8.",
-    "25006": "It may not be written: name another database with --store.",
+    "25006": "It is not writable: name another database with --store.",
     "28": "Check the user and the password in the address.",
-    "3D000": "Make the database first: `createdb NAME`.",
-    "42501": "Its user lacks the right to: have it granted, or name another user in the address.",
+    "3D000": "Create the database first: `createdb NAME`.",
+    "42501": "The user lacks a permission: ask for it, or name another user in the address.",
     "53100": "The server's disk is full: free some space.",
     "53300": "The server has too many connections: close some and try again.",
     "55P03": "Another program is writing to it: close that one and try again.",
@@ -146,8 +146,8 @@ def _file(file: Path) -> Engine:
         file.parent.mkdir(parents=True, exist_ok=True)
     except OSError as error:
         raise GoalscopeError(
-            f"The folder of the episode store {file} cannot be made: {error.strerror}. "
-            "Name another file with --store."
+            f"Cannot create the folder of the episode store {file}: {error.strerror}. Name "
+            "another file with --store."
         ) from error
     path = file.absolute()
     with suppress(OSError):  # a new file is readable by its owner only: it holds what people said
@@ -222,7 +222,7 @@ def _refuse_others(connection: sqlite3.Connection, name: Path) -> None:
     (tables,) = connection.execute("SELECT count(*) FROM sqlite_master").fetchone()
     connection.execute("COMMIT")
     if tables and application != APPLICATION:
-        raise InvalidInputError(f"{name} is another program's file. Name another one.")
+        raise InvalidInputError(f"{name} belongs to another program. Name another file.")
 
 
 def _address(text: str) -> URL:
@@ -231,12 +231,13 @@ def _address(text: str) -> URL:
         url = make_url(text)
     except (ArgumentError, ValueError):
         raise InvalidInputError(
-            "The address of the episode store cannot be read. It should look like "
+            "The address of the episode store is invalid. Expected "
             "postgresql://USER:PASSWORD@HOST:PORT/DATABASE."
         ) from None
     if url.drivername not in ("postgresql", "postgres"):
         raise InvalidInputError(
-            f"Episodes are kept in a file, or in postgresql://..., not in {url.drivername}://..."
+            "An episode store must be a file or a postgresql:// address, not "
+            f"{url.drivername}://..."
         )
     if "@" in (url.host or ""):
         raise InvalidInputError(
@@ -272,8 +273,8 @@ def _prepare(engine: Engine, name: str) -> None:
             return
         if others := {*METADATA.tables} & {*inspect(connection).get_table_names()}:
             raise GoalscopeError(
-                f"The database {name} has other tables named {', '.join(sorted(others))}. "
-                "Name another one with --store."
+                f"The database {name} already has other tables named "
+                f"{', '.join(sorted(others))}. Name another one with --store."
             )
         if connection.dialect.name == "sqlite":
             connection.exec_driver_sql(f"PRAGMA application_id = {APPLICATION}")
@@ -287,9 +288,9 @@ def _has_tables(connection: Connection, name: str) -> bool:
     version = connection.scalar(select(SCHEMA.c.version_num))
     if version != SCHEMA_VERSION:
         raise GoalscopeError(
-            f"The episode store {name} was made by another version of goalscope: its tables are "
-            f"of version {version}, not {SCHEMA_VERSION}. Use that goalscope, or name another "
-            "store with --store."
+            f"The episode store {name} was created by another version of goalscope, with "
+            f"tables of version {version} instead of {SCHEMA_VERSION}. Use that version of "
+            "goalscope, or name another store with --store."
         )
     return True
 
@@ -310,13 +311,11 @@ def explained(place: str | Path) -> Generator[None]:
     except (sqlite3.Error, SQLAlchemyError) as error:
         cause = error.orig or error if isinstance(error, DBAPIError) else error
         if getattr(cause, "sqlite_errorname", "") == "SQLITE_NOTADB":
-            raise InvalidInputError(
-                f"{place} is no database of goalscope: it is not a SQLite file. Name another one."
-            ) from error
+            raise InvalidInputError(f"{place} is not a SQLite file. Name another one.") from error
         said = " ".join(str(cause).split())
         raise GoalscopeError(
-            f"The database {place} cannot be used: {said.rstrip('.')}. {_advice(cause, said)} "
-            "What was stored earlier is kept."
+            f"Cannot use the database {place}: {said.rstrip('.')}. {_advice(cause, said)} "
+            "Nothing stored earlier is lost."
         ) from error
 
 

@@ -1,4 +1,4 @@
-"""Public datasets of real dialogues, read from a folder that the user names."""
+"""Public datasets of real dialogues, read from the user's folder."""
 
 from __future__ import annotations
 
@@ -42,13 +42,12 @@ class Dataset:
     Attributes:
         name: Short name.
         title: What its authors call it.
-        what: What it holds, in one line.
-        licence: Under which it is published.
+        what: Its content, in one line.
+        licence: Licence of the dataset.
         source: Where it comes from.
-        files: The file of each split, from the data folder.
-        split: The split that is read if none is named.
-        goal_sets: How wrong goals can be drawn, the default first; none where it holds no
-            dialogues.
+        files: The file of each split, relative to the data folder.
+        split: The default split.
+        goal_sets: Ways to draw wrong goals, the default first; empty without dialogues.
     """
 
     name: str
@@ -64,7 +63,7 @@ class Dataset:
         """The file of a split.
 
         Raises:
-            InvalidInputError: There is no such split, or its file is not there.
+            InvalidInputError: There is no such split, or its file is missing.
         """
         split = split or self.split
         if split not in self.files:
@@ -74,8 +73,9 @@ class Dataset:
         file = folder / self.files[split]
         if not file.is_file():
             raise InvalidInputError(
-                f"{self.title} ({split}) is missing: there is no file {file}. It is {self.what}; "
-                f"it comes from {self.source}. Put it there; `goalscope data list` names the files."
+                f"{self.title} ({split}) is missing: there is no file {file}. It is "
+                f"{self.what}; it comes from {self.source}. Put it there. `goalscope data "
+                "list` lists the files."
             )
         return file
 
@@ -173,27 +173,27 @@ READERS: Mapping[str, _Reader] = {
 
 
 def data_folder(given: Path | None) -> Path:
-    """The folder of the datasets: the one given, or else that of GOALSCOPE_DATA.
+    """The given folder of the datasets, or that of GOALSCOPE_DATA.
 
     Raises:
-        InvalidInputError: None is named, or it is not there.
+        InvalidInputError: No folder is named, or it does not exist.
     """
     named = given or os.environ.get("GOALSCOPE_DATA")
     if not named:
         raise InvalidInputError(
             "Name the folder of the datasets with --data, or in the environment variable "
-            "GOALSCOPE_DATA. `goalscope data list` says what goes where."
+            "GOALSCOPE_DATA. `goalscope data list` shows which files belong there."
         )
     if not (folder := Path(named)).is_dir():
         raise InvalidInputError(
-            f"The folder of the datasets, {folder}, is not there. Name another one with --data, or "
+            f"There is no folder {folder} for the datasets. Name another one with --data, or "
             "in the environment variable GOALSCOPE_DATA."
         )
     return folder
 
 
 def named_folder(given: Path | None) -> Path | None:
-    """As `data_folder`, but None where none is named."""
+    """Like `data_folder`, but None if no folder is named."""
     return data_folder(given) if given or os.environ.get("GOALSCOPE_DATA") else None
 
 
@@ -207,24 +207,24 @@ def load(
     seed: int = 1,
     limit: int | None = None,
 ) -> list[Case]:
-    """Cases of a dataset, each of which depends on the split and the seed, not on other cases.
+    """Cases of a dataset; each depends only on the split and the seed.
 
-    They are in the order of the file; those of ALFRED in one that the seed draws.
+    They are in file order, except for ALFRED, whose order depends on the seed.
 
     Args:
-        name: Of the dataset.
-        folder: Of all datasets.
-        split: By default the dataset's own default.
-        goal_set: How the wrong goals are drawn; by default the dataset's first way.
-        goals: How many for each case, the true one among them; "complete" sets have their own.
-        seed: Of the draw.
-        limit: Only so many cases, the first ones.
+        name: Name of the dataset.
+        folder: Folder of all datasets.
+        split: Split; by default, the dataset's default.
+        goal_set: How wrong goals are drawn; by default, the dataset's first way.
+        goals: Number of goals per case, including the true one; "complete" sets have their own.
+        seed: Seed for drawing goals.
+        limit: Use only the first N cases.
 
     Raises:
         InvalidInputError: An option is unknown, a file is missing or broken, or there is no case.
     """
     if name not in READERS:
-        raise InvalidInputError(f"There are no dialogues {shown(name)}; {nearest(name, READERS)}")
+        raise InvalidInputError(f"Unknown dataset {shown(name)}; {nearest(name, READERS)}")
     dataset = DATASETS[name]
     goal_set = goal_set or dataset.goal_sets[0]
     if goal_set not in dataset.goal_sets:
@@ -250,7 +250,5 @@ def load(
         cases.append(case)
     if not cases:
         why = "; ".join(f"{reason} ({count})" for reason, count in left_out.items())
-        raise InvalidInputError(
-            f"{file} holds no dialogue that can be used: {why or 'it is empty'}."
-        )
+        raise InvalidInputError(f"{file} has no usable dialogues: {why or 'it is empty'}.")
     return cases[:limit]

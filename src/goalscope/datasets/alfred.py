@@ -1,4 +1,4 @@
-"""ALFRED: sentences in which several people told a robot to do one and the same thing."""
+"""ALFRED: instructions to a robot, with several people's sentences for the same task."""
 
 from __future__ import annotations
 

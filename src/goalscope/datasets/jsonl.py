@@ -98,9 +98,9 @@ def write_cases(cases: Iterable[Case], file: Path) -> None:
         with file.open("x", encoding="utf-8", newline="\n") as lines:
             lines.writelines(json.dumps(row, ensure_ascii=False) + "\n" for row in rows)
     except FileExistsError:
-        raise InvalidInputError(f"{file} is there already. Name another file.") from None
+        raise InvalidInputError(f"{file} already exists. Name another file.") from None
     except OSError as error:
-        raise InvalidInputError(f"{file} cannot be written: {error.strerror or error}.") from error
+        raise InvalidInputError(f"Cannot write {file}: {error.strerror or error}.") from error
 
 
 def _dialogue(row: Row) -> Dialogue:

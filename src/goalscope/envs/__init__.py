@@ -1,4 +1,4 @@
-"""What an environment offers the agent (Sec. 4.2), after Gymnasium's reset and step."""
+"""The interface of environments (Sec. 4.2), modelled on Gymnasium's reset and step."""
 
 from __future__ import annotations
 
@@ -16,26 +16,26 @@ __all__ += ["Environment", "Pick", "Resolution"]
 __all__ += ["execute", "met_checks", "missing", "occasions_like", "resolution_of"]
 
 GUESSED = "Guessed, not asked for: "
-"""How a note begins that tells what was guessed."""
+"""Prefix of notes about guessed actions."""
 
 SEARCH = "search inventory"
-"""Name of the action that only looks something up, in every domain."""
+"""Name of the action that only looks something up, in all domains."""
 
 REQUIRED = ("task", "verbs", "reset", "status", "step", "resolve", "offers")
-"""The members of `Environment` that have no default."""
+"""The members of `Environment` without a default."""
 
 Pick = Callable[[str, Sequence[str]], str]
-"""Which of some names a person's words mean, as the model finds; "" where it is none of them."""
+"""Picks the name that a person's words mean, by the model; "" for none of them."""
 
 
 @dataclass(frozen=True, slots=True)
 class Resolution:
-    """What an order comes to, here and now.
+    """The resolution of an order in the current state.
 
     Attributes:
         actions: The actions that carry it out, in order.
-        why: One sentence that says which part cannot be done and why, or that it is so already;
-            "" where the actions do all of it.
+        why: One sentence on what cannot be done and why, or that it is already so; "" if the
+            actions do all of it.
     """
 
     actions: tuple[Action, ...] = ()
@@ -43,19 +43,17 @@ class Resolution:
 
 
 class Environment:
-    """A domain in which the agent acts; the members of `REQUIRED` are a domain's own.
+    """A domain that the agent acts in; subclasses must define the members of `REQUIRED`.
 
-    It declares what can be asked for, and reads no words: orders come to it as they were
-    understood.
+    It declares its verbs and never parses language: orders arrive already read.
 
     Attributes:
         task: The agent and its task in one or two sentences, for prompts.
-        verbs: What can be asked for, besides the dialogue acts of `goalscope.orders`.
-        examples: Some readings, for a model that was not taught to read.
-        completion_phrase: What a person says to end the task.
-        notes: What a person should know about what was loaded, one sentence each.
-        agreed: Share of the occasions like what was said that must call for something before it is
-            done unasked.
+        verbs: The verbs of orders, besides the dialogue acts of `goalscope.orders`.
+        examples: Example readings, for models not fitted for reading.
+        completion_phrase: The words that end the task.
+        notes: Notes for the person about what was loaded, one sentence each.
+        agreed: Share of similar occasions that must need something before it is guessed.
     """
 
     task: str
@@ -70,25 +68,25 @@ class Environment:
         raise NotImplementedError
 
     def close(self) -> None:
-        """Stop whatever runs behind it."""
+        """Stop background processes."""
 
     def status(self) -> str:
-        """The present state, for people and prompts."""
+        """The current state, for people and prompts."""
         raise NotImplementedError
 
     def fingerprint(self) -> str:
-        """A text that is the same for the same state, and for no other."""
+        """A text that identifies the state: equal if and only if the states are equal."""
         return self.status()
 
     def step(self, action: Action) -> StepResult:
-        """Take one action. An impossible one changes nothing and says why."""
+        """Execute an action. An impossible one changes nothing and says why."""
         raise NotImplementedError
 
     def resolve(self, order: Order, standing: Standing, pick: Pick) -> Resolution:
-        """What an order comes to: actions, or one sentence that says why not.
+        """Resolve an order to actions, or to one sentence that says why not.
 
-        The order is by a verb of the domain, or a limit ("avoid", "only", "budget", "leave"), for
-        which the actions undo what violates it; `Resolution()` where nothing does.
+        The order has a verb of the domain, or is a limit ("avoid", "only", "budget", "leave"), for
+        which the actions undo violations; `Resolution()` if there are none.
 
         Args:
             order: What was asked for.
@@ -98,20 +96,20 @@ class Environment:
         raise NotImplementedError
 
     def lasting(self, action: Action) -> bool:
-        """Whether nobody could undo the action now; by default, where the verb of its name says so.
+        """Whether the action cannot be undone now; by default, as declared by its verb.
 
         The agent asks before such an action, and never guesses one.
         """
         return any(verb.irreversible and verb.name == action.name for verb in self.verbs)
 
     def offers(self, text: str, limit: int) -> list[str]:
-        """Generic names of things here that may serve `text`, nearest first."""
+        """Generic names of available things that may serve `text`, nearest first."""
         raise NotImplementedError
 
     def actions(self, name: str, standing: Standing) -> list[Action]:
-        """What may be done unasked with things of a generic name, best first.
+        """Actions that may be guessed for things of a generic name, best first.
 
-        What the person ruled out is not among it.
+        Excludes what the person ruled out.
         """
         return []
 
@@ -120,39 +118,39 @@ class Environment:
         return str(action)
 
     def serving(self, need: str, standing: Standing) -> list[Action]:
-        """The actions for one thing that an aim calls for, such as "flour"; none if there are none.
+        """The actions for one need of an aim, such as "flour"; empty if there are none.
 
         Args:
-            need: As occasions and the writer name it (see `like`); by default, a generic name.
+            need: As named by occasions and the writer (see `like`); by default, a generic name.
             standing: What holds.
         """
         return self.actions(need, standing)[:1]
 
     def kind(self, action: Action) -> str:
-        """The same for actions that serve a need equally well: the need, if there is one."""
+        """A key shared by actions that serve a need equally well: the need, if there is one."""
         return self.phrase(action)
 
     def like(self, text: str, most: int) -> list[Occasion]:
-        """Occasions like what a text tells, nearest first, with needs that may be served here."""
+        """Occasions similar to a text, nearest first, with needs that can be served here."""
         return []
 
     def here(self) -> str:
-        """What is here, in words, if what an aim calls for depends on it."""
+        """A description of what is here, if the needs of aims depend on it."""
         return ""
 
     def undo(self, results: Sequence[StepResult], standing: Standing) -> Resolution | None:
-        """What reverses some results, and a sentence on what cannot be reversed.
+        """The actions that undo some results, and a sentence on what cannot be undone.
 
         None if nothing can be undone here.
 
         Args:
-            results: The last that was done.
+            results: The latest results.
             standing: What holds without it.
         """
         return None
 
     def answer(self, order: Order, standing: Standing, pick: Pick) -> str:
-        """The facts of the thing that a question is about; "" where there are none.
+        """The facts about the thing in a question; "" if there are none.
 
         Args:
             order: The question: `what` and `where` name the thing, or nothing for all.
@@ -162,11 +160,11 @@ class Environment:
         return ""
 
     def checks_met(self, profile: Profile) -> list[bool]:
-        """Which of the profile's checks the present state meets, in their order."""
+        """Whether the current state meets each of the profile's checks, in order."""
         return []
 
     def unwanted(self, profile: Profile) -> list[str]:
-        """Names of what came about that neither the profile's checks nor its `welcome` ask for."""
+        """Names of results that neither the profile's checks nor its `welcome` list includes."""
         return []
 
 
@@ -184,7 +182,7 @@ def execute(env: Environment, action: Action) -> StepResult:
     """Take one action.
 
     Raises:
-        GoalscopeError: The environment gives something else than a `StepResult`.
+        GoalscopeError: The environment does not return a `StepResult`.
     """
     result = cast("object", env.step(action))
     if not isinstance(result, StepResult):

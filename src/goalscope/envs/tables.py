@@ -1,4 +1,4 @@
-"""TOML files that people write: read with care, and refused with the place and the remedy."""
+"""TOML files written by people; errors name the place and the remedy."""
 
 from __future__ import annotations
 
@@ -59,7 +59,7 @@ def lists_of(
     def examine(check: Mapping[str, Any], label: str) -> None:
         refuse_unknown(check, keys, label)
         if not check:
-            raise InvalidInputError(f"{label}: it checks nothing; {nearest('', keys)}")
+            raise InvalidInputError(f"{label}: it has no condition; {nearest('', keys)}")
         for key, names in check.items():
             if not is_list(names, str) or not names:
                 one = next(iter(known), "")
@@ -98,7 +98,7 @@ def read_table(source: Path | Traversable, subject: str) -> dict[str, Any]:
     try:
         return tomllib.loads(data.decode("utf-8-sig"))
     except UnicodeDecodeError:
-        raise InvalidInputError(f"{subject} not UTF-8. Save the file so.") from None
+        raise InvalidInputError(f"{subject} not UTF-8. Save the file as UTF-8.") from None
     except (ValueError, RecursionError) as error:
         cause = str(error)
         cause = cause if len(cause) < 200 and cause.isprintable() else shown(cause)

@@ -1,1 +1,1 @@
-"""Experiments: cells that are measured once each, and tables of their results."""
+"""Experiments: cells, each measured once, and tables of their results."""

@@ -1,4 +1,4 @@
-"""Beliefs before and after: what each part of the calibration, and the adapter, gives."""
+"""Beliefs before and after: the effect of each part of the calibration and of the adapter."""
 
 from __future__ import annotations
 
@@ -31,12 +31,12 @@ __all__ = ["AGENT", "EQ1", "TURN", "belief_table"]
 Array = npt.NDArray[np.float64]
 
 TURN = 3
-"""By this turn, or by the last of a shorter dialogue, it is to be known that a goal is missing."""
+"""The turn (or the last of a shorter dialogue) by which a missing goal should be noticed."""
 
 EQ1 = "Eq. 1"
 AGENT = "an agent's"
 EPS = 0.1
-"""Share of misses of the conformal sets."""
+"""Miss rate of the conformal sets."""
 
 NOTES = (
     f"Each line adds one part to the line above it: {EQ1} as it stands in the paper; a prior of "
@@ -76,7 +76,7 @@ COLUMNS: tuple[Columns, ...] = (
 
 
 def belief_table(cells: Iterable[Measured]) -> Table:
-    """One table over all dialogues, whatever their set; no rows where there are none.
+    """One table over the dialogues of all datasets; no rows if there are none.
 
     Args:
         cells: Of any kind.
@@ -101,7 +101,7 @@ def belief_table(cells: Iterable[Measured]) -> Table:
 
 
 def _parts(own: Calibration) -> Mapping[str, Calibration]:
-    """The parts of a calibration, each added to the ones before it; and that of an agent."""
+    """The parts of a calibration, each added to those before it, and the agent's calibration."""
     prior = replace(PAPER, prior_unspecified=own.prior_unspecified)
     warm = replace(prior, temperature=own.temperature)
     reference = replace(warm, reference=own.reference)
@@ -116,7 +116,7 @@ def _parts(own: Calibration) -> Mapping[str, Calibration]:
 
 
 def _records(dialogues: Sequence[Observed], own: Calibration) -> Iterator[tuple[str, list[Record]]]:
-    """Each belief's name, and its records: one for each dialogue."""
+    """The name of each belief and its records, one per dialogue."""
     tables = Tables(dialogues)
     everyone = np.arange(len(dialogues))
     by_then = np.minimum(TURN, tables.turns) - 1

@@ -1,4 +1,4 @@
-"""People who change their mind: how soon a belief follows, and what it costs to expect that."""
+"""Changes of mind: how soon a belief follows, and what expecting them costs."""
 
 from __future__ import annotations
 
@@ -53,7 +53,7 @@ def read_changes(cells: Iterable[Measured]) -> tuple[Sample, ...]:
 
     A record is what one `belief` made of one script: the mean `probabilities` [T, 2] of the first
     and the second goal after each turn, whether the second was `followed` within k turns, and
-    unless the evidence before the change is left out, whether the first goal led before.
+    unless the evidence before the change is left out, whether the first goal led before it.
 
     Args:
         cells: Of any kind.
@@ -71,7 +71,7 @@ def read_changes(cells: Iterable[Measured]) -> tuple[Sample, ...]:
 
 
 def change_table(sample: Sample) -> Table:
-    """In how many dialogues each belief follows, and holds the first goal before that."""
+    """How often each belief follows the change, and favours the first goal before it."""
     round = sample.records[0]["round"]
     columns = (
         count(),
@@ -121,6 +121,6 @@ def _records(cell: Measured) -> Iterator[Record]:
 
 
 def _leads(beliefs: Array, goal: int) -> Flags:
-    """[T] whether this goal is likelier than each other one."""
+    """[T] whether this goal is likelier than every other one."""
     others: Array = np.delete(beliefs, goal, axis=1).max(axis=1)
     return beliefs[:, goal] > others

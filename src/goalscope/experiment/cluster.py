@@ -1,4 +1,4 @@
-"""Cells spread over worker processes by Dask, here or on a cluster that runs already."""
+"""Distribute cells over worker processes with Dask, on this machine or an existing cluster."""
 
 from __future__ import annotations
 
@@ -44,22 +44,22 @@ def on_cluster(
 ) -> Generator[tuple[str, dict[str, Any] | Exception, int]]:
     """Yield each cell's key, its result or error, and its number of attempts, as cells finish.
 
-    A worker is a process that performs one cell at a time. When one dies, another takes its place
-    and performs its cell again; an error that `perform` raises is that cell's outcome. To close
-    the generator stops the cells that are being performed.
+    A worker is a process that runs one cell at a time. When one dies, another repeats its cell; an
+    error raised by `perform` is the outcome of the cell. Closing the generator stops the running
+    cells.
 
     Args:
-        cells: Keys, all different, and what each asks for.
-        perform: A function that the workers can import by its name.
-        address: Scheduler of a Dask cluster that runs already, such as "tcp://host:8786". It goes
-            on afterwards, and finishes the cells that it had begun; None for processes of this
+        cells: Unique keys, and what each cell asks for.
+        perform: A function that workers can import by name.
+        address: Scheduler of an existing Dask cluster, such as "tcp://host:8786". It keeps running
+            afterwards, and finishes the cells that it has begun. None for processes of this
             machine, which nobody else can reach.
-        workers: Number of processes; all those of the cluster at `address`.
-        attempts: Workers that may die of one cell before it counts as an error. The scheduler at
-            `address` may lose more, by its own `distributed.scheduler.allowed-failures`.
+        workers: Number of processes; ignored for the cluster at `address`.
+        attempts: Worker deaths after which a cell counts as an error. The scheduler at `address`
+            may allow more, by its own `distributed.scheduler.allowed-failures`.
 
     Raises:
-        InvalidInputError: The arguments cannot be used, or nobody answers at `address`.
+        InvalidInputError: The arguments are invalid, or nothing answers at `address`.
         GoalscopeError: Dask is missing, or the cluster is lost or has no worker for a minute.
     """
     if workers < 1 or attempts < 1:
@@ -93,8 +93,8 @@ def _spread(
                 last_alive = time.monotonic()
             elif time.monotonic() - last_alive > _PATIENCE:
                 raise GoalscopeError(
-                    f"The cluster has had no worker for {_PATIENCE:.0f} seconds. "
-                    "See why its workers end, or start some, and run this again."
+                    f"The cluster has had no worker for {_PATIENCE:.0f} seconds. Check why "
+                    "they end, or start new ones, and run this again."
                 )
             while waiting and len(flying) < alive:  # no cell waits at a worker that may die
                 key, spec, deaths = waiting.popleft()
@@ -121,8 +121,8 @@ def _spread(
                 waiting.appendleft((key, spec, deaths))
             else:
                 error = GoalscopeError(
-                    f"Each of the {deaths} workers that performed this cell died. "
-                    "Is there enough memory for so many workers?"
+                    f"All {deaths} workers that ran this cell died. Is there enough memory "
+                    "for so many workers?"
                 )
                 yield key, error, deaths
 
@@ -135,7 +135,7 @@ def _perform_alone(perform: Perform, spec: bytes) -> bytes:
 def _outcome(
     client: Any, future: Any, retried: bool
 ) -> tuple[dict[str, Any] | Exception | None, int]:
-    """What came of a cell, None if its workers died; and how many of them did."""
+    """The outcome of a cell, None if its workers died, and the number of deaths."""
     distributed = importlib.import_module("distributed")
     try:
         error = future.exception()
@@ -164,9 +164,7 @@ def _alive(client: Any) -> int:
 
 
 def _lost(error: BaseException) -> GoalscopeError:
-    return GoalscopeError(
-        f"The cluster's scheduler is lost ({error}). Start it and run this again."
-    )
+    return GoalscopeError(f"Lost the cluster's scheduler ({error}). Start it and run this again.")
 
 
 @contextmanager
@@ -184,15 +182,15 @@ def _connected(address: str | None, workers: int) -> Generator[Any]:
             )
         except (OSError, ValueError) as error:
             raise InvalidInputError(
-                f'No Dask scheduler answers at "{address}" ({error}). '
-                "Give the address that `dask scheduler` printed."
+                f'No Dask scheduler answers at "{address}" ({error}). Use the address that '
+                "`dask scheduler` printed."
             ) from error
         yield stack.enter_context(client)
 
 
 @contextmanager
 def _local_cluster(workers: int) -> Generator[Any]:
-    """Processes on the loopback interface that only this process has the keys to."""
+    """Processes on the loopback interface, with keys that only this process has."""
     dask = importlib.import_module("dask.system")
     config = importlib.import_module("dask.config")
     distributed = importlib.import_module("distributed")
@@ -217,8 +215,8 @@ def _local_cluster(workers: int) -> Generator[Any]:
             )
         except (OSError, RuntimeError) as error:
             raise GoalscopeError(
-                f"The worker processes did not start: {error} "
-                'A script must do its work under `if __name__ == "__main__":`.'
+                f"The worker processes did not start: {error} A script must run its work "
+                'under `if __name__ == "__main__":`.'
             ) from error
         try:
             yield cluster
@@ -228,6 +226,6 @@ def _local_cluster(workers: int) -> Generator[Any]:
 
 
 async def _end_workers(nannies: list[Any]) -> None:
-    """End processes that may be in mid-cell, which Dask alone would wait for."""
+    """End processes in the middle of a cell; Dask alone would wait for them."""
     ends = (nanny.close(timeout=0.5, reason="no more cells") for nanny in nannies)
     await asyncio.gather(*ends, return_exceptions=True)

@@ -1,4 +1,4 @@
-"""Goal inference on real dialogues: how good each predictor's belief is, turn by turn."""
+"""Goal inference on real dialogues: the quality of each predictor's belief, turn by turn."""
 
 from __future__ import annotations
 
@@ -94,10 +94,10 @@ MODEL_NOTES = (
 def read_dialogues(cells: Iterable[Measured]) -> tuple[Sample, ...]:
     """The cells of the kind "dialogue", for each set, split, goal set and model, in this order.
 
-    A record is what a `predictor` believed after a `turn` of a `case`; `last` where the dialogue
-    ends with it. It has what `scores` says, `sure`, the probability of the likeliest goal, and
-    where goals can be left out `absent` and `present`, the log-odds of Unspecified in nats without
-    the true goal and without a wrong one, and whether Unspecified leads then.
+    A record is the belief of a `predictor` after a `turn` of a `case`; `last` if the dialogue ends
+    there. It has the metrics of `scores`; `sure`, the probability of the likeliest goal; and where
+    goals can be left out, `absent` and `present`: the log-odds of Unspecified in nats without the
+    true goal and without a wrong one, and whether Unspecified leads then.
 
     Args:
         cells: Of any kind.
@@ -121,17 +121,17 @@ def after_turn(sample: Sample, predictor: str, turn: int | None) -> list[Record]
 
 
 def number_of(sample: Sample) -> str:
-    """How many dialogues there are, in words."""
+    """The number of dialogues, as text."""
     return pluralize(len(after_turn(sample, UNIFORM, None)), "dialogue")
 
 
 def reliability_of(records: Sequence[Record]) -> Reliability:
-    """Whether beliefs were as sure as they should be."""
+    """The calibration of the beliefs."""
     return reliability([each["sure"] for each in records], [each["top1"] for each in records])
 
 
 def area(records: Sequence[Record]) -> Estimate | None:
-    """How well Unspecified tells that the true goal is left out; None for a single group."""
+    """How well Unspecified detects that the true goal is left out; None for a single group."""
     found = [each for each in records if "absent" in each]
     groups = [each["group"] for each in found]
     if len({*groups}) < 2:
@@ -163,7 +163,7 @@ COLUMNS: tuple[Columns, ...] = (
 
 
 def dialogue_table(sample: Sample) -> Table:
-    """What was predicted at turns 1 to 5, and at each dialogue's last."""
+    """The predictions at turns 1 to 5 and at the last turn of each dialogue."""
     longer = any(each["turn"] > 1 for each in sample.records)
     groups = [
         ({"predictor": predictor, "turn": _after(turn)}, records)
@@ -176,10 +176,10 @@ def dialogue_table(sample: Sample) -> Table:
 
 
 def model_tables(samples: Iterable[Sample]) -> Iterator[Table]:
-    """A table for each task that more than one model has met.
+    """A table for each task measured with more than one model.
 
     Args:
-        samples: Of each task and model; the first model is what the others are compared with.
+        samples: One per task and model; the others are compared with the first model.
     """
     tasks: dict[str, list[Sample]] = {}
     for sample in samples:
@@ -196,7 +196,7 @@ def model_tables(samples: Iterable[Sample]) -> Iterator[Table]:
 
 
 def _compared(sample: Sample, first: Sample | None, turn: int | None) -> Row:
-    """How good a belief is with one model, and how much more its figures are than another's."""
+    """The quality of a model's belief, and the differences from another model."""
     own = after_turn(sample, GOALSCOPE, turn)
     more, paper = ([*_differences(sample, first, by, turn)] for by in (GOALSCOPE, AS_IN_PAPER))
     return {
@@ -215,7 +215,7 @@ def _compared(sample: Sample, first: Sample | None, turn: int | None) -> Row:
 def _differences(
     sample: Sample, first: Sample | None, predictor: str, turn: int | None
 ) -> Iterator[Record]:
-    """How much more a predictor's figures are than with the first model, on the same cases."""
+    """Differences of a predictor's figures from those with the first model, on the same cases."""
     earlier = after_turn(first, predictor, turn) if first else ()
     before = {each["case"]["id"]: each for each in earlier}
     for each in after_turn(sample, predictor, turn):
@@ -228,10 +228,10 @@ def _differences(
 def by_settings(
     cells: Iterable[Measured], kind: str
 ) -> Iterator[tuple[tuple[str, str, str, str], list[Measured]]]:
-    """The cells of one kind, for each set, split, goal set and label of what else was set.
+    """The cells of one kind, by dataset, split, goal set and label of the other settings.
 
-    A case that was measured both with and without the model asked outright is there once, with it;
-    and of one that was corrected since, the newest is.
+    A case measured both with and without the model asked outright is included once, with it; of a
+    case that was corrected later, only the newest version is.
     """
     tasks: dict[tuple[str, str, str], list[Measured]] = {}
     for cell in chosen(cells, kind):
@@ -256,7 +256,7 @@ def _settings(spec: Mapping[str, Any]) -> dict[str, Any]:
 
 
 def _records(cells: Sequence[Measured]) -> Iterator[Record]:
-    """Score what each predictor believes."""
+    """Score the belief of each predictor."""
     known = {result["seen"] for _, result in cells if result.get("seen") is not None}
     for cell in cells:
         spec, result = cell
@@ -282,7 +282,7 @@ def _scored(
     beliefs: Sequence[Array] | Array,
     calibration: Calibration | None = None,
 ) -> Iterator[Record]:
-    """A record for each turn; with goals left out where the calibration of Unspecified is given."""
+    """A record for each turn; goals are left out if a calibration of Unspecified is given."""
     case = cell[0]["case"]
     beside = _left_out(cell, calibration) if calibration and len(case["goals"]) > 2 else []
     for turn, belief in enumerate(beliefs, 1):
@@ -300,7 +300,7 @@ def _scored(
 
 
 def _left_out(cell: Measured, calibration: Calibration) -> list[dict[str, float]]:
-    """Unspecified turn by turn with the true goal left out (absent), and a wrong one (present)."""
+    """Unspecified by turn, with the true goal left out (absent) and with a wrong one (present)."""
     case, result = cell[0]["case"], cell[1]
     table = np.column_stack([result["unspecified"], result["role-play"]])
     truth = case["truth"] + 1
@@ -316,12 +316,12 @@ def _left_out(cell: Measured, calibration: Calibration) -> list[dict[str, float]
 
 def _notes(cells: Sequence[Measured]) -> Iterator[str]:
     if learned := sum(bool(result.get("learned")) for _, result in cells):
-        yield f"The model's adapter has LEARNED from {learned:,} of these dialogues."
+        yield f"The model's adapter was TRAINED on {learned:,} of these dialogues."
     answers = [each for _, result in cells for each in result.get("outright") or ()]
     if unread := sum(each["goal"] is None for each in answers):
         yield (
-            f"{unread:,} of {len(answers):,} answers of the model that is asked could not be read; "
-            "they are scored as uniform."
+            f"{unread:,} of {len(answers):,} answers of the model that is asked could not be "
+            "read; they are scored as uniform."
         )
 
 

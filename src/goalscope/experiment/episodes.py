@@ -1,4 +1,4 @@
-"""Episodes with simulated people (Sec. 5): how well each method does what they want."""
+"""Episodes with simulated people (Sec. 5): how well each method serves them."""
 
 from __future__ import annotations
 
@@ -41,9 +41,9 @@ __all__ = [
 ]
 
 METHODS = ("good", "no-goals", "no-inference")
-"""First those of the paper (Sec. 4.3), in its order; others follow by name."""
+"""The methods of the paper (Sec. 4.3), in its order; others follow by name."""
 TOP = 3.0
-"""The best that the evaluator can give (Sec. 5)."""
+"""The evaluator's highest score (Sec. 5)."""
 
 JUDGE_NOTES = (
     "The judge's score is a share of its best, 3. Trials whose answer could not be read are "
@@ -69,11 +69,11 @@ PAIR_NOTES = (
 
 @dataclass(frozen=True, slots=True)
 class Reading:
-    """What one evaluator made of one run.
+    """One evaluator's scores of one run.
 
     Attributes:
-        trials: Fractions of the best score; all 0 where the run left nothing (Sec. 5.1).
-        unscored: Trials whose answer could not be read.
+        trials: Fractions of the best score; all 0 if the outcome is empty (Sec. 5.1).
+        unscored: Trials with an unreadable answer.
     """
 
     trials: tuple[float, ...]
@@ -81,11 +81,11 @@ class Reading:
 
 
 def read_episodes(cells: Sequence[Cell]) -> tuple[Sample, ...]:
-    """The cells of the kind "episode" with the readings of those of the kind "judge".
+    """The cells of the kind "episode" with the trials of those of the kind "judge".
 
     There is a sample for each domain, kind of human, and model with other settings. A record is a
-    run. What an evaluator made of it stands under "judge score", "trials" and "unscored", each
-    followed by its name where there are several.
+    run. An evaluator's results are under "judge score", "trials" and "unscored", each followed by
+    its name if there are several.
 
     Args:
         cells: Of any kind, which have results.
@@ -118,13 +118,13 @@ def read_episodes(cells: Sequence[Cell]) -> tuple[Sample, ...]:
 
 
 def headings_of_judges(sample: Sample) -> list[str]:
-    """What is added to the headings of each evaluator's columns; none without evaluators."""
+    """The suffix of each evaluator's column headings; none without evaluators."""
     keys = dict.fromkeys(key for run in sample.records for key in run if key.startswith("trials"))
     return [key.removeprefix("trials") for key in keys]
 
 
 def method_rows(sample: Sample, profile: str | None = None) -> list[Row]:
-    """A row for each method, of all people or of one."""
+    """A row for each method, for all people or for one."""
     groups: list[tuple[Row, list[Record]]] = []
     for method in _methods(sample):
         runs = sample.where(method=method, **({"profile": profile} if profile else {}))
@@ -136,7 +136,7 @@ def method_rows(sample: Sample, profile: str | None = None) -> list[Row]:
 
 
 def episode_tables(sample: Sample) -> list[Table]:
-    """By method, the paired differences, and by profile."""
+    """Tables by method, of paired differences, and by profile."""
     judged = (*(JUDGE_NOTES if headings_of_judges(sample) else ()), *sample.notes)
     profiles = sorted({run["profile"] for run in sample.records})
     every = [
@@ -151,7 +151,7 @@ def episode_tables(sample: Sample) -> list[Table]:
 
 
 def reading_of(spec: Mapping[str, Any], result: Mapping[str, Any], *, empty: bool) -> Reading:
-    """A cell of the kind "judge"; `empty` where the run left nothing."""
+    """A cell of the kind "judge"; `empty` if the run's outcome is empty."""
     given = [trial["score"] for trial in result["trials"]]
     if spec["empty"] or empty:
         return Reading((0.0,) * (len(given) or spec["trials"]), 0)
@@ -160,7 +160,7 @@ def reading_of(spec: Mapping[str, Any], result: Mapping[str, Any], *, empty: boo
 
 
 def evaluator_of(spec: Mapping[str, Any]) -> dict[str, Any]:
-    """What tells evaluators apart, of a cell of the kind "judge"."""
+    """The part of a "judge" cell that distinguishes evaluators."""
     return {name: spec.get(name) for name in ("model", "trials", "seed")}
 
 
@@ -240,7 +240,7 @@ def _differences(sample: Sample) -> list[Row]:
 
 
 def _pairs(sample: Sample, other: str, measure: str) -> tuple[list[float], list[float]]:
-    """GOOD's and the other method's mean for each profile, over the seeds that both have."""
+    """The means of GOOD and the other method by profile, over the seeds that both have."""
     second = {(run["profile"], run["seed"]): run for run in sample.where(method=other)}
     pairs = [
         (run, twin)
@@ -252,7 +252,7 @@ def _pairs(sample: Sample, other: str, measure: str) -> tuple[list[float], list[
 
 
 def _how_asked(judge: str, spec: Mapping[str, Any], acting: Mapping[str, Any]) -> str:
-    """An evaluator's name, how often and how warm it was asked, and whether it acted."""
+    """An evaluator's name, number of trials and temperature, and whether it also acted."""
     same = _writer(spec["model"]) == _writer(acting)
     return (
         f"The judge {judge} was asked {pluralize(spec['trials'], 'time')} about each run, at "
@@ -276,7 +276,7 @@ def _place(run: Cell) -> tuple[str, str, int]:
 
 
 def _shared(spec: Mapping[str, Any]) -> dict[str, Any]:
-    """The settings that all runs of one group have."""
+    """The settings shared by all runs of a group."""
     own = ("method", "seed", "domain", "human")
     kept = {key: value for key, value in spec["settings"].items() if key not in own}
     return {**kept, "model": spec["model"]}

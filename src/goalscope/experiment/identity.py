@@ -1,4 +1,4 @@
-"""With what a cell was measured: code, prompts, models and files, as short hashes."""
+"""What a cell was measured with: code, prompts, models and files, as short hashes."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ _SHOWN = (
     *("cli", "display", "report"),
     *("stats", "datasets", "experiment", "fitting", "calibrating", "why"),
 )
-"""Modules, by the start of their names, that do not affect what is measured."""
+"""Prefixes of modules that do not affect the results."""
 
 _WORK = Path("experiment", "work.py")
 """The exception."""
@@ -37,9 +37,9 @@ _fingerprints: dict[str, str] = {}
 def opened(
     model: Mapping[str, Any], report: Callable[[str, float], object] | None = None
 ) -> OpenModel:
-    """The model of a cell; it stays open until another one is opened.
+    """The model of a cell, kept open until another one is opened.
 
-    `report` is called with the progress of a first use, as by `open_model`.
+    `report` is called with the progress of a first use, see `open_model`.
     """
     key = _key(model)
     if key not in _open:
@@ -51,7 +51,7 @@ def opened(
 
 
 def identity_of(model: Mapping[str, Any]) -> dict[str, str]:
-    """Short hashes of the version, the code, the prompts, and the model (opened once for it)."""
+    """Short hashes of the version, the code, the prompts and the model, which is opened for it."""
     key = _key(model)
     if key not in _fingerprints:
         _fingerprints[key] = _short(opened(model).fingerprint)
@@ -80,12 +80,12 @@ def own_identity() -> dict[str, str]:
 
 
 def person_of(profile: Profile) -> dict[str, Any]:
-    """The whole profile as JSON: part of a cell, so that an edited person makes another."""
+    """The whole profile as JSON: part of a cell, so that editing a person makes a new cell."""
     return json.loads(json.dumps(asdict(profile)))
 
 
 def hashes_of(settings: Settings) -> dict[str, str]:
-    """Hashes of the files that the settings name: people, catalogue, scene, calibration."""
+    """Hashes of the files named in the settings: people, catalogue, scene, calibration."""
     named = {
         "profiles": settings.profiles,
         "catalogue": settings.catalogue,

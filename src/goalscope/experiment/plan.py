@@ -1,4 +1,4 @@
-"""Plans of experiments: the specs of the cells that are to be measured."""
+"""Experiments, and the specs of the cells to measure."""
 
 from __future__ import annotations
 
@@ -42,8 +42,8 @@ class QuestionsPart:
     """Multiple-choice questions (Sec. 4.1).
 
     Attributes:
-        file: From the data folder, or a path of its own.
-        limit: Only the first so many.
+        file: Path, or file in the data folder.
+        limit: Use only the first N.
         layouts: Where the likelihood prompt states the goal.
     """
 
@@ -57,19 +57,19 @@ class DialoguesPart:
     """Real dialogues.
 
     Attributes:
-        set: Name of a dataset; or
-        jsonl: a file of one's own, from the data folder or a path.
+        set: Name of a dataset; alternatively
+        jsonl: path of your own file, or file in the data folder.
         split: Of the dataset.
         goal_sets: How wrong goals are drawn.
-        goals: How many goals there are for each dialogue.
-        seed: Of the draw of goals.
-        limit: Only the first so many dialogues.
-        turns: Only the first so many turns of each.
+        goals: Number of goals per dialogue.
+        seed: Seed for drawing goals.
+        limit: Use only the first N dialogues.
+        turns: Use only the first N turns of each dialogue.
         layouts: Where the likelihood prompt states the goal.
         end_of_turn: Whether the end of the utterance is scored.
-        outright: Whether the model is asked for the goal outright, too.
-        change: The round (from 1) at which people change their mind (see `changes_of`); None where
-            they do not. Then the goals are random ones, and the model is not asked outright.
+        outright: Whether to ask the model for the goal outright, too.
+        change: The round (from 1) at which people change their mind (see `changes_of`), or None.
+            With a change, goals are random and the model is not asked outright.
         models: As for the experiment; its own if there are none.
     """
 
@@ -100,13 +100,13 @@ class EpisodesPart:
         humans: How the profile's person is played.
         layouts: Where the likelihood prompt states the goal.
         end_of_turn: Whether the end of the utterance is scored.
-        calibrations: Names or files; that of `Agent` if there are none.
-        propose: See `Agent`; None for its own.
-        prompted: Modules that the paper's prompts do; "all" stands for each.
+        calibrations: Names or files; by default that of `Agent`.
+        propose: See `Agent`; None for its default.
+        prompted: Modules that use the paper's prompts; "all" for all of them.
         seeds: One run for each.
-        rounds: Most rounds.
-        catalogue: CSV file of the shop; None for the domain's own.
-        scene: Of the house; None for the profile's.
+        rounds: Maximum number of rounds.
+        catalogue: CSV file of the shop; None for the default one.
+        scene: Room of the house; None for the profile's.
         models: As for the experiment; its own if there are none.
     """
 
@@ -132,8 +132,8 @@ class Judge:
     """The language-model evaluator of episodes (Sec. 5.1).
 
     Attributes:
-        trials: For each run; 0 for no evaluator.
-        seed: Of the trials.
+        trials: Trials per run; 0 for no evaluator.
+        seed: Seed of the trials.
         model: The evaluator; None for the model of the run.
     """
 
@@ -144,17 +144,17 @@ class Judge:
 
 @dataclass(frozen=True, slots=True)
 class Experiment:
-    """What is to be measured, and with which models.
+    """What to measure, and with which models.
 
     Attributes:
-        name: Of the file of results.
-        title: What people see.
+        name: Name of the file of results.
+        title: Title of tables and reports.
         source: The section or figure of the paper that it reproduces, if any.
-        models: Arguments of `open_model`, each a model.
-        questions: Parts of one kind, as for the next two.
+        models: Arguments of `open_model` for each model.
+        questions: Parts with multiple-choice questions.
         dialogues: Parts.
         episodes: Parts.
-        judge: Scores the episodes.
+        judge: The evaluator of the episodes.
     """
 
     name: str
@@ -168,11 +168,11 @@ class Experiment:
 
 
 def specs_of(experiment: Experiment, folder: Path | None) -> list[dict[str, Any]]:
-    """Specs of all cells that can be planned before any is measured.
+    """The specs of all cells that can be planned before any is measured.
 
     Args:
         experiment: What is to be measured.
-        folder: Of the datasets; None where nothing is read from it.
+        folder: Folder of the datasets; None if nothing is read from it.
 
     Raises:
         InvalidInputError: A file is missing or broken, or a name is unknown.
@@ -190,7 +190,7 @@ def specs_of(experiment: Experiment, folder: Path | None) -> list[dict[str, Any]
 
 
 def judging(experiment: Experiment, cells: Sequence[Cell]) -> list[dict[str, Any]]:
-    """Specs of the evaluator's cells, one for each finished episode."""
+    """The specs of the evaluator's cells, one per finished episode."""
     judge = experiment.judge
     done = [cell for cell in cells if cell.spec["kind"] == "episode" and cell.result]
     specs: list[dict[str, Any]] = []
@@ -223,12 +223,11 @@ def _dialogue_specs(
         raise InvalidInputError("Dialogues need either 'set', the name of a dataset, or 'jsonl'.")
     known = [name for name, dataset in DATASETS.items() if dataset.goal_sets]
     if part.set and part.set not in known:
-        raise InvalidInputError(f"There are no dialogues {shown(part.set)}; "
-                                f"{nearest(part.set, known)}")  # fmt: skip
+        raise InvalidInputError(f"Unknown dataset {shown(part.set)}; {nearest(part.set, known)}")
     if part.jsonl and (part.split or part.goal_sets):
         raise InvalidInputError(
-            f"{part.jsonl} names the goals of its dialogues itself. Leave out the split and the "
-            "goal sets, which are those of a dataset."
+            f"{part.jsonl} has its own goals. Leave out 'split' and 'goal_sets', which only "
+            "apply to datasets."
         )
     if part.change is not None:
         yield from _change_specs(part, part.change, model, folder)
@@ -273,8 +272,8 @@ def _change_specs(
 ) -> Iterator[dict[str, Any]]:
     if part.jsonl or part.turns or part.goal_sets not in ((), ("random",)):
         raise InvalidInputError(
-            "A change of mind is scripted from the dialogues of a dataset, with goals drawn at "
-            "random and turns up to the third after it. Leave out 'jsonl', 'turns', 'goal_sets'."
+            "A change of mind is scripted from the dialogues of a dataset, with random goals "
+            "and turns up to the third after it. Leave out 'jsonl', 'turns' and 'goal_sets'."
         )
     split = part.split or DATASETS[part.set].split
     cases = load(part.set, data_folder(folder), split=split, goals=part.goals, seed=part.seed)
@@ -318,7 +317,7 @@ def _episode_specs(part: EpisodesPart, model: Model) -> Iterator[dict[str, Any]]
     names = tuple(known) if part.profiles == ("all",) else part.profiles
     for name in names:
         if name not in known:
-            raise InvalidInputError(f"There is no profile {shown(name)}; {nearest(name, known)}")
+            raise InvalidInputError(f"Unknown profile {shown(name)}; {nearest(name, known)}")
     for human, seed, calibration, layout, name, method in itertools.product(
         part.humans,
         part.seeds,
@@ -344,7 +343,7 @@ def _episode_specs(part: EpisodesPart, model: Model) -> Iterator[dict[str, Any]]
 
 
 def _run_of(cell: Cell) -> dict[str, Any]:
-    """What an evaluator's cell names of the run."""
+    """The part of a run that an evaluator's cell contains."""
     return {
         "key": cell.key,
         "kind": "episode",
@@ -353,7 +352,7 @@ def _run_of(cell: Cell) -> dict[str, Any]:
 
 
 def _achieved(cell: Cell) -> dict[str, Any]:
-    """What an evaluator is shown (Sec. 5.1): the basket, or the record of the robot's actions."""
+    """What an evaluator sees (Sec. 5.1): the basket, or the record of the robot's actions."""
     result = cell.result or {}
     if cell.spec["settings"]["domain"] == "grocery":
         return {"outcome": result["outcome"], "actions": []}
@@ -361,10 +360,10 @@ def _achieved(cell: Cell) -> dict[str, Any]:
 
 
 def _file(name: str, folder: Path | None) -> Path:
-    """A file that is named by itself, or from the data folder."""
+    """A file by its path, or in the data folder."""
     places = [Path(name), *([folder / name] if folder else [])]
     for file in places:
         if file.is_file():
             return file
-    hint = "" if folder else " Name the data folder with --data if it is one of its files."
+    hint = "" if folder else " If it is in the data folder, name that folder with --data."
     raise InvalidInputError(f"There is no file {' or '.join(map(shown, map(str, places)))}.{hint}")

@@ -37,22 +37,22 @@ __all__ = [
 Array = npt.NDArray[np.float64]
 
 GOALSCOPE = "goalscope"
-"""With the calibration known when it was measured."""
+"""With the calibration known at the time of the measurement."""
 
 AS_IN_PAPER = "goalscope, Eq. 1"
 """Bayes' rule as it stands in the paper."""
 
 SIMILARITIES = {"TF-IDF": "tfidf", "BM25": "bm25", "embedding": "embedding"}
-"""Likeness of a goal to the words so far, and the key of its table in a result."""
+"""Similarity of a goal to the words so far, and the key of its table in a result."""
 
 UNIFORM = "uniform"
-"""Every goal as likely as another."""
+"""All goals equally likely."""
 
 GOALS_ALONE = "goals alone"
-"""A control that reads no dialogue: how like a goal is to the other goals."""
+"""A control that reads no dialogue: the similarity of a goal to the other goals."""
 
 OUTRIGHT = "model asked"
-"""The model is asked which goal it is, and how sure it is."""
+"""The model is asked for the goal and its confidence."""
 
 SEEN = {True: "goalscope, goal seen", False: "goalscope, goal unseen"}
 """goalscope where its adapter was fitted on the true goal's text, and where it was not."""
@@ -61,39 +61,40 @@ PREDICTORS = (GOALSCOPE, AS_IN_PAPER, *SEEN.values(), UNIFORM, GOALS_ALONE, *SIM
 """All predictors, in the order of the tables."""
 
 FOLDS = 5
-"""Into which dialogues are parted, so that a temperature is judged on others than it fits."""
+"""Number of folds for cross-fitting temperatures."""
 
 FITTED_FROM = 20
-"""Groups from which on a temperature is fitted.
+"""Minimum number of groups for fitting a temperature.
 
-Fewer are often all right, where the best is 0, and the first that is wrong costs without end.
+With fewer, all predictions are often right, so the best temperature is 0 and the first wrong one
+has an unbounded loss.
 """
 
 TEMPERATURES = np.geomspace(1e-3, 1e2, 51)
 MOST_SURE = 0.995
-"""A model that says 100 % and is wrong would have an infinite log-loss."""
+"""Cap on a stated confidence: 100 % would have an infinite log-loss when wrong."""
 
 
 def among_goals(log_likelihood: Array, calibration: Calibration) -> Array:
-    """[T, G] log-posteriors turn by turn, over the goals alone, from their log-likelihoods."""
+    """[T, G] log-posteriors by turn, over the goals alone, from their log-likelihoods."""
     width = len(log_likelihood[0])
     stated = np.ones(width, dtype=bool)
     return log_posteriors(np.zeros(width), log_likelihood, stated, calibration)[1:]
 
 
 def beside_unspecified(table: Array, calibration: Calibration) -> Array:
-    """[T, 1 + G] log-posteriors turn by turn, where the first column is that of Unspecified."""
+    """[T, 1 + G] log-posteriors by turn; the first column is Unspecified."""
     width = int(table.shape[1])
     return log_posteriors(np.zeros(width), table, np.arange(width) > 0, calibration)[1:]
 
 
 def role_play(result: Mapping[str, Any], calibration: Calibration) -> Array:
-    """[T, G] log-posteriors of `among_goals`, from the result of a cell that was measured."""
+    """[T, G] log-posteriors of `among_goals`, from the result of a cell."""
     return among_goals(np.array(result["role-play"], dtype=np.float64), calibration)
 
 
 def outright_belief(answer: Mapping[str, Any], goals: int) -> Array:
-    """[G] log-probability: `sure` on the goal that was named, the rest spread evenly."""
+    """[G] log-probability: `sure` for the named goal, the rest spread evenly."""
     pick, sure = answer["goal"], answer["sure"]
     even = 1 / goals
     if pick is None or goals == 1:
@@ -106,7 +107,7 @@ def outright_belief(answer: Mapping[str, Any], goals: int) -> Array:
 
 
 def likeness(cell: Measured, predictor: str) -> Array:
-    """[T, G] how like each goal is to the words so far, or to the other goals; [0] if not run."""
+    """[T, G] similarity of each goal to the words so far, or to the other goals; [0] if not run."""
     spec, result = cell
     if predictor in SIMILARITIES:
         return np.array(result.get(SIMILARITIES[predictor]) or [], dtype=np.float64)
@@ -119,9 +120,9 @@ def likeness(cell: Measured, predictor: str) -> Array:
 
 
 def fitted_temperatures(cells: Sequence[tuple[Measured, Array]]) -> list[float]:
-    """The temperature of each cell, chosen on the folds that its group is not in.
+    """The temperature of each cell, fitted on the folds without its group.
 
-    None is chosen of fewer than `FITTED_FROM` groups: it is 1.
+    With fewer than `FITTED_FROM` groups it is 1.
     """
     groups = sorted({cell[0]["case"]["group"] for cell, _ in cells})
     if len(groups) < FITTED_FROM:
@@ -141,6 +142,6 @@ def _losses(cell: Measured, table: Array) -> Array:
 
 
 def log_softmax(values: Array) -> Array:
-    """[..., G] log-probabilities in nats, from values that differ by a constant."""
+    """[..., G] normalised log-probabilities in nats."""
     shifted = values - values.max(axis=-1, keepdims=True)
     return shifted - np.log(np.exp(shifted).sum(axis=-1, keepdims=True))

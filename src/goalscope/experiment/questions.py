@@ -1,4 +1,4 @@
-"""Isolated inference (Sec. 4.1): how often the goal that explains the words best is right."""
+"""Isolated inference (Sec. 4.1): how often the goal that best explains the words is right."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ PROMPTS = {
     "others": "question and other choices",
     "blank": "no question",
 }
-"""What the prompt of each condition is called in tables."""
+"""The name of each condition's prompt in tables."""
 
 NOTES = (
     "Right if the likeliest goal is a rephrasing of the right choice, or of one in the same words "
@@ -58,7 +58,7 @@ COLUMNS: tuple[Columns, ...] = (count(), _accuracy, average("log-loss", "log-los
 
 
 def question_tables(cells: Iterable[Measured]) -> list[Table]:
-    """The table of all cells of the kind "mcq"; none where there are no such cells.
+    """The table of all cells of the kind "mcq"; no table without such cells.
 
     Args:
         cells: Of any kind.
@@ -96,7 +96,7 @@ def _settings(spec: Mapping[str, Any]) -> dict[str, Any]:
 def _records(
     spec: Mapping[str, Any], result: Mapping[str, Any]
 ) -> Iterator[tuple[str, str, Record]]:
-    """What the prompt of each condition gave, without Unspecified and with it."""
+    """The results of each condition's prompt, without and with Unspecified."""
     for name, prompt in PROMPTS.items():
         condition = result["conditions"].get(name)
         values, right = list(condition["log_likelihood"]) if condition else [], _right(spec, result)
@@ -117,7 +117,7 @@ def _record(
 
 
 def _right(spec: Mapping[str, Any], result: Mapping[str, Any]) -> npt.NDArray[np.bool_]:
-    """[G] whether each goal rephrases the right choice, or one in the same words."""
+    """[G] whether each goal rephrases the right choice or one with the same words."""
     row = spec["row"]
     answer = row["choices"][row["answer"]]
     return np.array([row["choices"][goal["choice"]] == answer for goal in result["goals"]])

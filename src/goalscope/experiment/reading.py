@@ -1,4 +1,4 @@
-"""Reads experiments from TOML files; an unknown word is refused with the nearest known one."""
+"""Read experiments from TOML files; errors suggest the nearest known key or value."""
 
 from __future__ import annotations
 
@@ -29,15 +29,15 @@ from goalscope.types import InvalidInputError
 __all__ = ["EMBEDDED", "read_experiment"]
 
 EMBEDDED = "embedded"
-"""What the embedded model is called in a file."""
+"""The name of the embedded model in a file."""
 
 
 def read_experiment(file: Path) -> Experiment:
     """Read an experiment from a TOML file.
 
     Raises:
-        InvalidInputError: The file cannot be read, or holds what is unknown; names the place, and
-            the nearest key or value that is known.
+        InvalidInputError: The file cannot be read, or has an unknown key or value; the message
+            names the place and the nearest known one.
     """
     table = read_table(file, f"The experiment {file} is")
     label = file.name
@@ -58,7 +58,7 @@ def read_experiment(file: Path) -> Experiment:
         parts[key] = tuple(_found(part, file.parent) for part in read)
     if not any(parts.values()):
         raise InvalidInputError(
-            f"{label}: nothing to measure. Add a table [mcq], [dialogues] or [episodes]."
+            f"{label}: there is nothing to measure. Add a table [mcq], [dialogues] or [episodes]."
         )
     judge = Judge(trials=0)
     if "judge" in table:
@@ -115,7 +115,7 @@ _LEAST = {"limit": 1, "turns": 1, "goals": 2, "change": 2, "rounds": 1, "trials"
 
 
 def _part(kind: type[Any], value: object, label: str, folder: Path) -> Any:
-    """A part of the experiment from its table, each value checked by the type of its field."""
+    """A part of the experiment from its table; values are checked by the type of their fields."""
     row = _table(value, label)
     known = {each.name: str(each.type) for each in fields(kind) if each.name != "model"}
     refuse_unknown(row, tuple(known), label)
@@ -179,7 +179,7 @@ def _table(value: object, label: str) -> Mapping[str, Any]:
 
 
 def _found(part: Any, folder: Path) -> Any:
-    """A part whose files are found from any folder."""
+    """A part with full paths, so that its files are found from any folder."""
     names = {key: getattr(part, key, None) for key in ("people", "catalogue", "scene")}
     found: dict[str, Any] = {key: _place(name, folder) for key, name in names.items() if name}
     if isinstance(part, EpisodesPart):
@@ -192,7 +192,7 @@ def _found(part: Any, folder: Path) -> Any:
 
 
 def _place(name: str, folder: Path) -> str:
-    """A file or folder beside the TOML file, or here, by its full path; another name as it is."""
+    """The full path of a file or folder next to the TOML file, or here; other names unchanged."""
     return next(
         (str(each.absolute()) for each in (folder / name, Path(name)) if os.path.exists(each)), name
     )

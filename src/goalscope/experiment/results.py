@@ -1,4 +1,4 @@
-"""Results of experiments, cell by cell, in the same kind of database as episodes."""
+"""Results of experiments by cell, in the same kind of database as episodes."""
 
 from __future__ import annotations
 
@@ -24,12 +24,12 @@ class Cell:
 
     Attributes:
         key: Hash of the spec.
-        spec: All that is needed to measure it, as JSON; `kind` says what it is.
-        attempts: How often it came to a result or an error. One that was interrupted, or whose
-            process died, was none: nothing was seen of it.
-        error: Why the last attempt failed; None while nothing has.
-        identity: What it was measured with; None until then.
-        result: What was measured, as JSON; None until then.
+        spec: Everything needed to measure it, as JSON; `kind` is its kind.
+        attempts: Attempts that ended in a result or an error. Interrupted attempts, and those whose
+            process died, do not count.
+        error: Why the last attempt failed; None if it did not.
+        identity: What it was measured with; None before it is measured.
+        result: The measurement, as JSON; None before it is measured.
     """
 
     key: str
@@ -41,21 +41,21 @@ class Cell:
 
 
 def cell_key(spec: Mapping[str, Any]) -> str:
-    """The key of a spec: equal specs have equal keys, whatever the order of their entries."""
+    """The key of a spec; equal specs have equal keys in any order of their entries."""
     return hashlib.sha256(dumps(spec, sort_keys=True).encode()).hexdigest()[:16]
 
 
 class Results(Store):
-    """The cells of one experiment, and the episodes that were run for them."""
+    """The cells of one experiment, and their episodes."""
 
     @property
     def about(self) -> dict[str, Any]:
-        """Facts about the experiment: name, title, source, and the plans that were asked for."""
+        """Facts about the experiment: name, title, source and plans."""
         with self.reading() as connection:
             return {row.name: json.loads(row.value) for row in connection.execute(select(ABOUT))}
 
     def describe(self, facts: Mapping[str, Any]) -> None:
-        """Store facts about the experiment; each replaces an earlier one of the same name."""
+        """Store facts about the experiment, replacing earlier ones of the same name."""
         with self.writing() as connection:
             for name, value in facts.items():
                 text = dumps(value)
@@ -70,7 +70,7 @@ class Results(Store):
             identity: What the next cells will be measured with; see `identity_of`.
 
         Raises:
-            InvalidInputError: Something differs; names it.
+            InvalidInputError: Something differs; the message names it.
         """
         done = [cell.identity for cell in self.cells() if cell.identity]
         changed = [
@@ -80,8 +80,8 @@ class Results(Store):
         ]
         if changed:
             raise InvalidInputError(
-                f"{self.place} holds results of another {' and another '.join(changed)}. Name "
-                "another folder with --results, or say --anyway to keep them beside new ones."
+                f"{self.place} has results from another {' and another '.join(changed)}. Name "
+                "another folder with --results, or use --anyway to mix them with new ones."
             )
 
     def plan(self, specs: Iterable[Mapping[str, Any]]) -> list[Cell]:
@@ -95,7 +95,7 @@ class Results(Store):
         return self.planned(keys.values())
 
     def planned(self, specs: Iterable[Mapping[str, Any]]) -> list[Cell]:
-        """The existing cells of these specs, each once, in the order of the specs."""
+        """The existing cells of these specs, without duplicates, in the order of the specs."""
         found = {cell.key: cell for cell in self.cells()}
         keys = dict.fromkeys(map(cell_key, specs))
         return [found[key] for key in keys if key in found]
@@ -107,11 +107,11 @@ class Results(Store):
             return [_cell(row) for row in connection.execute(query)]
 
     def ask_for(self, cells: Iterable[Cell], command: str = "") -> None:
-        """Record these cells as the newest plan with their settings.
+        """Record these cells as the latest plan with their settings.
 
         Args:
             cells: All cells of the plan.
-            command: The command line that asked for them.
+            command: The command line that planned them.
         """
         asked: dict[str, dict[str, Any]] = {}
         for cell in cells:
@@ -120,17 +120,17 @@ class Results(Store):
         self.describe({"asked": {**self.about.get("asked", {}), **asked}})
 
     def asked_for(self) -> list[Cell]:
-        """The cells of the newest plan with each setting.
+        """The cells of the latest plan with each setting.
 
-        Cells that a later plan with the same settings leaves out are not among them, such as those
-        of people who have been edited since, or beyond a limit.
+        Cells that a later plan with the same settings leaves out are excluded, such as those of
+        people edited since, or beyond a limit.
         """
         plans = self.about.get("asked", {}).values()
         asked = {key for plan in plans for key in plan["keys"]}
         return [cell for cell in self.cells() if cell.key in asked]
 
     def commands(self, cells: Iterable[Cell]) -> list[str]:
-        """The command lines that asked for these cells, each once."""
+        """The command lines that planned these cells, without duplicates."""
         keys = {cell.key for cell in cells}
         plans = self.about.get("asked", {}).values()
         found = [plan["command"] for plan in plans if keys & set(plan["keys"])]
@@ -143,16 +143,16 @@ class Results(Store):
         identity: Mapping[str, str],
         attempts: int = 1,
     ) -> None:
-        """Store a cell's result, and its episode if it is one, together or not at all.
+        """Store the result of a cell, with its episode if there is one, in one transaction.
 
         A cell that has a result keeps it.
 
         Args:
             key: Of the cell.
-            result: What was measured. An `episode` in it, as `goalscope.experiment.work` makes it,
-                becomes an episode of this store, and its id stands in its place.
+            result: The measurement. An `episode` in it, see `goalscope.experiment.work`, becomes an
+                episode of this store and is replaced by its id.
             identity: What it was measured with.
-            attempts: How many it took this time.
+            attempts: Number of attempts this time.
         """
         row = CELLS.c
         with self.writing() as connection:
@@ -170,7 +170,7 @@ class Results(Store):
             connection.execute(CELLS.update().where(row.key == key).values(values))
 
     def fail(self, key: str, error: str, attempts: int = 1) -> None:
-        """Store why an attempt at a cell failed, or so many attempts."""
+        """Store why one or more attempts at a cell failed."""
         with self.writing() as connection:
             values = {"error": error, "attempts": CELLS.c.attempts + attempts}
             connection.execute(CELLS.update().where(CELLS.c.key == key).values(values))
@@ -198,7 +198,7 @@ def _cell(row: Row[Any]) -> Cell:
 
 
 def _subject(spec: Mapping[str, Any]) -> Any:
-    """What a plan measures as a whole: of episodes a model in a domain, else all but the row."""
+    """What a plan measures as a whole: episodes of a model in a domain, or all but the row."""
     if spec["kind"] == "judge":
         return _subject(spec["of"])
     if spec["kind"] == "episode":

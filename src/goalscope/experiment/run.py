@@ -1,4 +1,4 @@
-"""Runs the missing cells of an experiment, here or on a cluster, and keeps each result."""
+"""Run the missing cells of an experiment, here or on a cluster, and store each result."""
 
 from __future__ import annotations
 
@@ -22,18 +22,18 @@ from goalscope.types import GoalscopeError, InvalidInputError
 __all__ = ["Done", "check_packages", "run", "sole"]
 
 _FAILURES = 5
-"""After so many failures in a row the remaining cells are not tried."""
+"""Number of failures in a row after which the run stops."""
 
 
 @dataclass(frozen=True, slots=True)
 class Done:
-    """How far an experiment is, after one more cell.
+    """The progress of an experiment after one more cell.
 
     Attributes:
-        cell: The cell that was measured; None before the first.
-        error: Why it could not be.
-        done: Cells that have results.
-        total: Cells that are planned by now.
+        cell: The cell that was run; None before the first.
+        error: Why it failed; None if it did not.
+        done: Number of cells with results.
+        total: Number of cells planned so far.
     """
 
     cell: Cell | None
@@ -46,7 +46,7 @@ def check_packages() -> None:
     """Check that all packages that experiments need are installed.
 
     Raises:
-        GoalscopeError: A package that experiments need is missing; says what to install.
+        GoalscopeError: A package is missing; the message says what to install.
     """
     for module in ("bm25s", "scipy.stats", "sklearn.feature_extraction.text"):
         package(module, "Experiments need", GoalscopeError)
@@ -54,7 +54,7 @@ def check_packages() -> None:
 
 @contextmanager
 def sole(file: Path) -> Generator[None]:
-    """Lock a file of results or beliefs, so that no other process adds to it.
+    """Lock a file of results or beliefs against other writers.
 
     Raises:
         InvalidInputError: Another process holds the lock.
@@ -64,11 +64,11 @@ def sole(file: Path) -> Generator[None]:
         lock.acquire(blocking=False)
     except Timeout:
         raise InvalidInputError(
-            f"Another process adds to {file}. Wait for it, or stop it."
+            f"Another process is writing to {file}. Wait for it to finish, or stop it."
         ) from None
     except OSError as error:
         raise InvalidInputError(
-            f"{file} cannot be written: {error.strerror or error}. Name another place."
+            f"Cannot write {file}: {error.strerror or error}. Name another place."
         ) from None
     try:
         yield
@@ -86,22 +86,22 @@ def run(
     anyway: bool = False,
     command: str = "",
 ) -> Iterator[Done]:
-    """Measure the cells that have no result, and store each result as it comes.
+    """Run the cells without a result, and store each result as it comes.
 
-    Failed cells are tried again by the next call; five failures in a row end this one.
+    The next call tries failed cells again; five failures in a row end this one.
 
     Args:
-        experiment: What is to be measured.
-        specs: Of its cells, from `specs_of`; the evaluator's come after them.
-        results: Where it is kept.
-        on: None for this process, "dask" for worker processes of this machine, or the address
-            of a Dask scheduler, such as "tcp://host:8786".
+        experiment: What to measure.
+        specs: The specs of its cells, from `specs_of`; the evaluator's are added later.
+        results: Where results are stored.
+        on: None for this process, "dask" for worker processes of this machine, or the address of a
+            Dask scheduler, such as "tcp://host:8786".
         workers: Number of processes for "dask".
-        anyway: Go on although code, prompts or a model have changed since the first results.
-        command: The command line that asked for it; kept beside the results.
+        anyway: Continue even if code, prompts or a model have changed since the first results.
+        command: The command line, stored with the results.
 
     Yields:
-        How far it is: first before any cell, then after each.
+        The progress, once before any cell and then after each.
 
     Raises:
         InvalidInputError: Code, prompts or a model have changed since the first results.
@@ -136,15 +136,15 @@ def run(
                 yield Done(cell, error, done, len(planned))
                 if failures == _FAILURES:
                     raise GoalscopeError(
-                        f"{_FAILURES} cells failed one after the other, the last one so: {error} "
-                        "What was measured is kept; run the same command again to go on."
+                        f"{_FAILURES} cells failed in a row. The last error: {error} Results "
+                        "so far are saved; run the same command again to continue."
                     )
 
 
 def _measured(
     results: Results, cells: Sequence[Cell], on: str | None, workers: int
 ) -> Generator[tuple[Cell, str | None]]:
-    """Measure cells, and store their results or errors."""
+    """Run cells, and store their results or errors."""
     if on is None:
         for cell in cells:
             try:
@@ -167,7 +167,7 @@ def _measured(
 
 
 def _kept(results: Results, cell: Cell, outcome: Any, attempts: int = 1) -> str | None:
-    """Store a result, or the error in its place; returns the error."""
+    """Store a result, or the error in its place, and return the error."""
     if not isinstance(outcome, Exception):
         try:
             dumps(outcome)

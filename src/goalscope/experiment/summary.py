@@ -1,4 +1,4 @@
-"""From records of what was measured to tables, which read as text, Markdown, CSV or JSON."""
+"""Summarise records of measurements in tables: as text, Markdown, CSV or JSON."""
 
 from __future__ import annotations
 
@@ -45,33 +45,33 @@ __all__ = [
 ]
 
 Measured = tuple[Mapping[str, Any], Mapping[str, Any]]
-"""What was measured, and what came of it: a spec and its result."""
+"""A spec and its result."""
 
 Record = Mapping[str, Any]
-"""One measurement: its settings and what came of it, by name.
+"""One measurement: its settings and results by name.
 
-`group` names the people, or whatever else, that it shares with other measurements: a bootstrap
+`group` names the people (or anything else) that it shares with other measurements: a bootstrap
 resamples whole groups.
 """
 
 Form = Literal["percent", "number"]
-"""How a figure is shown."""
+"""How a figure is formatted."""
 
 NO_INTERVAL = "There is no interval where all values are equal."
-"""For the notes of tables whose intervals are bootstrapped."""
+"""A note for tables with bootstrapped intervals."""
 FEW = 10
-"""Of fewer people, or other groups of cases, an interval says little."""
+"""Number of people, or other groups of cases, below which an interval is not reliable."""
 
 
 @dataclass(frozen=True, slots=True)
 class Estimate:
-    """A figure with the interval that it may lie in.
+    """A figure with its interval.
 
     Attributes:
         value: The figure; a fraction where `form` is "percent".
-        interval: In the same unit; None where there is none to give.
+        interval: In the same unit; None if there is none.
         form: Whether it is shown as a percentage.
-        groups: How many people, or other groups of cases, the interval comes from, if known.
+        groups: Number of people, or other groups of cases, behind the interval, if known.
 
     Raises:
         ValueError: A number is not finite.
@@ -96,24 +96,24 @@ class Estimate:
 
 
 Entry = str | float | int | Estimate | None
-"""What a row has in one column; None where there are no data."""
+"""The entry of a row in one column; None without data."""
 
 Row = Mapping[str, Entry]
-"""Entries by the heading of their column."""
+"""Entries by column heading."""
 
 Columns = Callable[[Sequence[Record]], Row]
-"""Some of the columns of a row, from the records that the row is about."""
+"""Computes some columns of a row from its records."""
 
 
 @dataclass(frozen=True, slots=True)
 class Sample:
-    """All records of one kind that were measured under the same settings.
+    """All records of one kind measured with the same settings.
 
     Attributes:
         name: For files.
-        title: What was measured, and with which model.
-        records: One for each measurement.
-        notes: What one must know of these records.
+        title: The measurement and its model.
+        records: One per measurement.
+        notes: What readers need to know about these records.
     """
 
     name: str
@@ -129,13 +129,13 @@ class Sample:
 
 @dataclass(frozen=True, slots=True)
 class Table:
-    """Figures with what one needs to read them.
+    """Figures with the notes needed to read them.
 
     Attributes:
         name: For files: letters, digits, `.`, `_` and `-`.
-        title: What it shows, in one line.
-        rows: What a row lacks has no data.
-        notes: What one must know to read it, a sentence each.
+        title: Its content, in one line.
+        rows: Entries by column; a missing entry has no data.
+        notes: What readers need to know, one sentence each.
     """
 
     name: str
@@ -145,21 +145,21 @@ class Table:
 
     @property
     def columns(self) -> list[str]:
-        """The headings, in the order in which rows have them."""
+        """The headings, in the order of the rows' entries."""
         return [*dict.fromkeys(name for row in self.rows for name in row)]
 
     @property
     def worded(self) -> list[bool]:
-        """Of each column, whether it has words, and not figures alone."""
+        """For each column, whether it has words rather than only figures."""
         return [any(isinstance(row.get(name), str) for row in self.rows) for name in self.columns]
 
     def texts(self) -> list[list[str]]:
-        """The headings; then each row as people read it, such as "72.0 % [65.1, 78.2]"."""
+        """The headings, then each row formatted for reading, such as "72.0 % [65.1, 78.2]"."""
         columns = self.columns
         return [columns, *([_shown(row.get(name)) for name in columns] for row in self.rows)]
 
     def flat(self) -> list[dict[str, str | float | None]]:
-        """The rows with full precision: percentages as fractions, ends of intervals by themselves.
+        """The rows in full precision: percentages as fractions, interval ends as separate entries.
 
         The ends of `score` are called `score, low` and `score, high`.
         """
@@ -185,13 +185,13 @@ class Table:
         return found
 
     def to_dict(self) -> dict[str, Any]:
-        """For JSON, with the rows of `flat`."""
+        """The table for JSON, with the rows of `flat`."""
         return {
             "name": self.name, "title": self.title, "rows": self.flat(), "notes": [*self.notes]
         }  # fmt: skip
 
     def to_csv(self) -> str:
-        """The rows of `flat`; a text that a spreadsheet would run gets an apostrophe before it."""
+        """The rows of `flat`; text that a spreadsheet would run gets an apostrophe before it."""
         rows = self.flat()
         file = io.StringIO()
         writer = csv.writer(file, lineterminator="\n")
@@ -202,7 +202,7 @@ class Table:
         return file.getvalue()
 
     def to_markdown(self) -> str:
-        """A heading, the table as GitHub reads it, and the notes."""
+        """A heading, the table in GitHub's Markdown, and the notes."""
         words = self.worded
         heads, *rows = self.texts()
         lines = [[*map(markdown_text, heads)], ["---" if each else "---:" for each in words]]
@@ -221,8 +221,8 @@ def rows_of(
     """A row for each group of records.
 
     Args:
-        groups: What names the row, and its records.
-        columns: What is computed from the records.
+        groups: The entries that name the row, and its records.
+        columns: The functions that compute the other columns.
     """
     rows: list[Row] = []
     for head, records in groups:
@@ -239,23 +239,23 @@ def count(name: str = "n") -> Columns:
 
 
 def average(name: str, key: str, form: Form = "number") -> Columns:
-    """A column of `mean_of`; a row whose records all lack the key has none."""
+    """A column of `mean_of`; a row has no entry if all its records lack the key."""
     return lambda records: (
         {name: mean_of(records, key, form)} if any(key in each for each in records) else {}
     )
 
 
 def mean_of(records: Iterable[Record], key: str, form: Form = "number") -> Estimate | None:
-    """The mean of what records have under a key, with its interval; None where none has it."""
+    """The mean of the records' values of a key, with its interval; None if none has the key."""
     found = [each for each in records if key in each]
     return averaged([each[key] for each in found], [each["group"] for each in found], form)
 
 
 class Labels:
-    """Short names for settings: the model's name, and what else tells them apart.
+    """Short labels for settings: the model's name, and what else distinguishes them.
 
     Args:
-        settings: All that occur; those that are equal have one label.
+        settings: All that occur; equal ones share a label.
     """
 
     def __init__(self, settings: Iterable[Mapping[str, Any]]) -> None:
@@ -275,12 +275,12 @@ class Labels:
             self._labels[key] = label
 
     def __getitem__(self, settings: Mapping[str, Any]) -> str:
-        """The label of settings that were given at the start."""
+        """The label of some of the given settings."""
         return self._labels[_key(settings)]
 
 
 def few_notes(table: Table) -> tuple[str, ...]:
-    """What to say below a table with intervals of fewer than `FEW` people or other groups."""
+    """The note below a table with intervals from fewer than `FEW` people or other groups."""
     entries = [each for row in table.rows for each in row.values() if isinstance(each, Estimate)]
     least = min((each.groups for each in entries if each.interval and each.groups), default=FEW)
     if least >= FEW:
@@ -293,7 +293,7 @@ def averaged(
     groups: Sequence[str] | None = None,
     form: Form = "number",
 ) -> Estimate | None:
-    """The mean with an interval that resamples groups, or else values; None of nothing."""
+    """The mean, with a bootstrap interval over groups or else values; None without values."""
     if not values:
         return None
     interval = bootstrap_mean(values, groups)
@@ -307,17 +307,17 @@ def chosen(cells: Iterable[Measured], kind: str) -> list[Measured]:
 
 
 def mean(values: Sequence[float]) -> float | None:
-    """The mean; None of nothing."""
+    """The mean; None without values."""
     return math.fsum(values) / len(values) if values else None
 
 
 def percent(value: float | None) -> Estimate | None:
-    """A share (0 to 1) to be shown as a percentage, without an interval; None of None."""
+    """A share (0 to 1) shown as a percentage, without an interval; None for None."""
     return None if value is None else Estimate(value, None, "percent")
 
 
 def slug(text: str) -> str:
-    """`text` as a part of file names and references; long ones end in a digest."""
+    """`text` for use in file names and references; long ones end in a digest."""
     short = re.sub(r"[^A-Za-z0-9._-]+", "-", text).strip("-.") or "table"
     if len(short) <= 60:
         return short
@@ -325,13 +325,13 @@ def slug(text: str) -> str:
 
 
 def inert(text: str) -> str:
-    """The text, after an apostrophe if a spreadsheet would take it for a formula."""
+    """The text, prefixed with an apostrophe if a spreadsheet would read it as a formula."""
     first = unicodedata.normalize("NFKC", text[:1])  # some take wide signs, too
     return f"'{text}" if first and first in "=+-@\t\r\n" else text
 
 
 def markdown_text(text: str) -> str:
-    """`text` in one line, as Markdown that shows it as it is."""
+    """`text` on one line, escaped so that Markdown shows it literally."""
     return re.sub(r"([\\`*_\[\]|#!~$])", r"\\\1", html.escape(_line(text), quote=False))
 
 

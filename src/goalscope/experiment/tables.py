@@ -1,4 +1,4 @@
-"""All tables of an experiment, from what it has measured so far."""
+"""All tables of an experiment, from its results so far."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ __all__ = ["first_attempts", "tables_of", "warnings_of"]
 
 
 def tables_of(cells: Sequence[Cell]) -> list[Table]:
-    """The tables of those cells that have results."""
+    """The tables of the cells with results."""
     done = [cell for cell in cells if cell.result is not None]
     measured = [(cell.spec, cell.result or {}) for cell in done]
     dialogues = read_dialogues(measured)
@@ -36,9 +36,9 @@ def tables_of(cells: Sequence[Cell]) -> list[Table]:
 
 
 def first_attempts(cells: Sequence[Cell]) -> list[Table]:
-    """The tables without the cells that took more than one attempt; none where no cell did.
+    """The tables without cells that took more than one attempt; none if there are no such cells.
 
-    What made a cell fail at first may have to do with what it measures.
+    The cause of a first failure may be related to what the cell measures.
     """
     retried = {cell.key for cell in cells if cell.attempts > 1}
     kept = [
@@ -58,7 +58,7 @@ def first_attempts(cells: Sequence[Cell]) -> list[Table]:
 
 
 def warnings_of(cells: Sequence[Cell]) -> Iterator[str]:
-    """What one must know before one trusts figures made of these cells, a sentence each."""
+    """Warnings about figures computed from these cells, one sentence each."""
     done = [cell for cell in cells if cell.result is not None]
     known: dict[str, set[str]] = {}
     for cell in done:
@@ -66,10 +66,10 @@ def warnings_of(cells: Sequence[Cell]) -> Iterator[str]:
             known.setdefault(name, set()).add(value)
     mixed = sorted(name for name, values in known.items() if len(values) > 1)
     if mixed:
-        yield f"Cells that were measured with another {', '.join(mixed)} than others are mixed."
+        yield f"These figures mix cells measured with different {', '.join(mixed)}."
     failed = [cell for cell in cells if cell.result is None and cell.error]
     missing = len(cells) - len(done) - len(failed)
     if missing:
-        yield f"{missing:,} of {len(cells):,} cells are not measured yet: figures will change."
+        yield f"{missing:,} of {len(cells):,} cells are not measured yet, so figures will change."
     if failed:
-        yield f"{len(failed):,} of {len(cells):,} cells failed and are in no figure."
+        yield f"{len(failed):,} of {len(cells):,} cells failed and are not included."

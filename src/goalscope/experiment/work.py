@@ -1,4 +1,4 @@
-"""Measures one cell: a function from JSON to JSON that any process on any machine can run."""
+"""Measure one cell: a function from JSON to JSON that any process on any machine can run."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ def perform(task: Mapping[str, Any]) -> dict[str, Any]:
     """Measure a cell in a worker, with the code and model of the process that planned it.
 
     Args:
-        task: The `spec` of the cell, and the `identity` that it is to be measured with.
+        task: The `spec` of the cell, and the expected `identity`.
 
     Raises:
         GoalscopeError: This worker has another model, prompt or code.
@@ -38,8 +38,9 @@ def perform(task: Mapping[str, Any]) -> dict[str, Any]:
     wrong = [name for name, value in own.items() if expected.get(name) != value]
     if wrong:
         raise GoalscopeError(
-            f"A worker has another {' and another '.join(wrong)} than the process that planned "
-            "the experiment. Install the same goalscope and the same files there."
+            f"A worker has another {' and another '.join(wrong)} than the process that "
+            "planned the experiment. Install the same version of goalscope and the same "
+            "files on it."
         )
     return measure(spec)
 
@@ -77,8 +78,8 @@ def _episode(model: OpenModel, spec: Mapping[str, Any]) -> dict[str, Any]:
     profile = profile_named(settings, spec["profile"])
     if person_of(profile) != spec["person"] or hashes_of(settings) != spec["files"]:
         raise InvalidInputError(
-            f"The files of {profile.name} (people, catalogue, scene) are not those that were "
-            "planned with. Run the experiment again to plan with the new ones."
+            f"The files of {profile.name} (people, catalogue, scene) have changed since the "
+            "experiment was planned. Run it again to plan with the new ones."
         )
     start = time.monotonic()
     env = open_environment(settings, profile)

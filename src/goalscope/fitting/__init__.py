@@ -1,1 +1,1 @@
-"""Learn the likelihood from people: LoRA adapters from dialogues whose goals are known."""
+"""Fit LoRA adapters to dialogues with known goals, and teach models to write."""

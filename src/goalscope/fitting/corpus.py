@@ -1,4 +1,4 @@
-"""Corpora that teach a model to write: messages, talks, occasions and recipes, read from JSON."""
+"""Corpora for writing adapters: messages, conversations, occasions and recipes, as JSON Lines."""
 
 from __future__ import annotations
 
@@ -22,15 +22,15 @@ _RECIPES = 2400
 
 @dataclass(frozen=True, slots=True)
 class Talk:
-    """A point of a conversation: the goals that explain it, and the next question.
+    """A point in a conversation: the goals that explain it, and the next question.
 
     Attributes:
         id: Its name.
-        domain: Where it was said.
-        turns: All so far.
-        done: What the agent has done, in words.
+        domain: The domain of the conversation.
+        turns: The turns so far.
+        done: The agent's actions so far, as text.
         goals: Likeliest first.
-        question: "" if nothing should be asked.
+        question: The next question; "" for none.
     """
 
     id: str
@@ -48,13 +48,13 @@ _KINDS = {Line: "messages", Talk: "points of talks", Occasion: "occasions"}
 
 
 def read_entries(path: Path) -> list[Entry]:
-    """The entries of a file of JSON Lines, or of all files in a folder.
+    """The entries of a JSON Lines file, or of all files in a folder.
 
-    A row with a `title` and `ingredients` is a recipe: an occasion to make that dish. Of more than
-    2,400 so many are drawn, always the same ones.
+    A row with a `title` and `ingredients` is a recipe: an occasion to make that dish. At most 2,400
+    recipes are used, always the same sample.
 
     Raises:
-        InvalidInputError: There are none, or a line is wrong; says which and why.
+        InvalidInputError: There are none, or a line is invalid; the message says which and why.
     """
     found = read_rows(path, _entries)
     recipes = [each for each in found if isinstance(each, Occasion) and not each.said]
@@ -77,7 +77,7 @@ def corpus_facts(found: Sequence[Entry], files: Sequence[str]) -> dict[str, Any]
 
 
 def _entries(data: object, number: int) -> list[Entry]:
-    """The entry of a row; none for some recipes."""
+    """The entry of a row; None for some recipes."""
     if not isinstance(data, dict):
         raise InvalidInputError("a line must be an object")
     each = cast("dict[str, Any]", data)
@@ -114,13 +114,13 @@ _BEFORE = (
 )
 _NUMBERS = r"[\d\s/.\u00bc-\u00be\u2150-\u215e\u2009-]+"
 _AMOUNT = re.compile(rf"^(?:{_NUMBERS}|(?:{_BEFORE})(?:s|es)?\b\.?\s*)+", re.IGNORECASE)
-"""The amount and preparation before an ingredient's name."""
+"""The amount and preparation in front of an ingredient's name."""
 _LONGEST = 3  # words of an ingredient
 _AT_HOME = ("water", "salt", "ice")
 
 
 def _recipe(data: Mapping[str, Any], number: int) -> list[Occasion]:
-    """The occasion to make a dish; none if too little of its recipe is understood."""
+    """The occasion to make a dish; None if too few of its ingredients are recognised."""
     title = re.sub(r"\([^)]*\)|[^\w\s'&-]|\b[IVX]+$", "", str(data.get("title", ""))).strip()
     found: dict[str, None] = {}
     for text in map(str, data["ingredients"]):

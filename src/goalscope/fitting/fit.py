@@ -1,4 +1,4 @@
-"""Fit an adapter to dialogues: training steps, and validations that say when to stop."""
+"""Fit an adapter to dialogues: training steps, and validation for early stopping."""
 
 from __future__ import annotations
 
@@ -29,26 +29,26 @@ Array = npt.NDArray[np.float64]
 class Settings:
     """How to fit.
 
-    The loss of a dialogue is minus the log-posterior of the true goal, with Unspecified among the
-    wrong ones, and minus that of Unspecified where the true goal is left out, the mean over turns;
-    plus `words_weight` times minus the log-probability of the person's words under the true goal
-    and under none, nats a token.
+    The loss of a dialogue is the negative log-posterior of the true goal, with Unspecified among
+    the wrong ones, plus that of Unspecified with the true goal left out, averaged over turns; plus
+    `words_weight` times the negative log-probability of the person's words under the true goal and
+    under none, in nats per token.
 
     Attributes:
-        words_weight: Of the likelihood of the words in the loss.
-        rank: Of the adapter.
-        layers: Share of the model's layers, the last ones, that are adapted.
-        learning_rate: Of AdamW at its peak; it falls to nearly 0 at the last step.
-        batch_size: Dialogues of a step.
-        steps: Most steps.
-        validate_every: Steps between two validations.
-        patience: Validations in a row without an improvement after which fitting ends.
-        negatives: Wrong goals that are drawn beside the true one and Unspecified, and twice as many
-            for a validation. The loss counts them for all the wrong goals that there are.
-        longest: Most turns of an example, which ends after any of the first turns.
-        validation: Most dialogues that validate.
+        words_weight: Weight of the words' log-probability in the loss.
+        rank: Rank of the adapter.
+        layers: Share of the model's layers to adapt, counted from the last.
+        learning_rate: Peak learning rate of AdamW; it decays to nearly 0.
+        batch_size: Dialogues per step.
+        steps: Maximum number of steps.
+        validate_every: Steps between validations.
+        patience: Number of validations without improvement after which fitting stops.
+        negatives: Number of wrong goals drawn besides the true one and Unspecified, twice as many
+            for validation. The loss weights them to represent all wrong goals.
+        longest: Maximum number of turns of an example, which ends after any of the first turns.
+        validation: Maximum number of validation dialogues.
         temperature: Divides the evidence, as at inference.
-        seed: Of everything that is drawn.
+        seed: Seed of all random draws.
     """
 
     words_weight: float = 0.3
@@ -68,16 +68,16 @@ class Settings:
 
 @dataclass(frozen=True, slots=True)
 class Validation:
-    """How good the adapter is on dialogues that it does not learn from.
+    """The adapter's figures on validation dialogues.
 
     Attributes:
         step: Steps done.
         training: Mean loss of the steps since the last validation; None before the first step.
-        loss: That of `Settings` without its second part; it decides which weights are best.
+        loss: The loss of `Settings` without its second part; the best weights minimise it.
         top1: Share of dialogues whose true goal leads after the last turn.
         log_loss: Minus the log-probability of the true goal then, among the goals alone, nats.
-        auroc: How well the posterior of Unspecified then tells dialogues without their true goal
-            from those without one of the wrong ones; 0.5 is chance.
+        auroc: How well the posterior of Unspecified then separates dialogues without their true
+            goal from those without a wrong one; 0.5 is chance.
     """
 
     step: int
@@ -90,7 +90,7 @@ class Validation:
 
 @dataclass(frozen=True, slots=True)
 class Progress:
-    """Steps done, and the validation after them, if there was one."""
+    """The number of steps done, and the validation after them if there was one."""
 
     step: int
     validation: Validation | None = None
@@ -102,7 +102,7 @@ class Fit:
     Attributes:
         settings: How to fit.
         history: The validations so far.
-        ended: Whether fitting is over.
+        ended: Whether fitting has ended.
     """
 
     def __init__(
@@ -114,15 +114,15 @@ class Fit:
         folder: Path,
         about: Mapping[str, Any],
     ) -> None:
-        """Begin, or resume the fit in the folder.
+        """Start a fit, or resume the one in the folder.
 
         Args:
             learner: The model.
-            train: Dialogues to learn from, by source; each source is drawn as often.
-            validation: Dialogues to validate with.
+            train: Training dialogues by source; all sources are sampled equally.
+            validation: Validation dialogues.
             settings: How to fit.
-            folder: Keeps the state.
-            about: What else an interrupted fit must have in common to be resumed, as JSON.
+            folder: Folder of the state.
+            about: What else must be equal to resume an interrupted fit, as JSON.
 
         Raises:
             InvalidInputError: The folder holds another fit.
@@ -153,11 +153,11 @@ class Fit:
 
     @property
     def best(self) -> Validation:
-        """The validation with the smallest loss."""
+        """The validation with the lowest loss."""
         return min(self.history, key=lambda each: each.loss)
 
     def learned(self) -> list[list[Case]]:
-        """The dialogues that the best weights have learned from, each once, by source."""
+        """The dialogues that the best weights were trained on, without duplicates, by source."""
         found: list[dict[str, Case]] = [{} for _ in self._train]
         for step in range(self.best.step):
             for source, case, _ in self._draw(step):
@@ -165,9 +165,9 @@ class Fit:
         return [[*each.values()] for each in found]
 
     def run(self) -> Iterator[Progress]:
-        """Do what is left, step by step; in the end the learner has the best weights.
+        """Run the remaining steps; at the end the learner has the best weights.
 
-        A resumed fit first yields the step that it continues from.
+        A resumed fit first yields the step from which it continues.
         """
         if not self.history:
             yield self._validate(None)
@@ -190,7 +190,7 @@ class Fit:
         )
 
     def _draw(self, step: int) -> Iterator[tuple[int, Case, str]]:
-        """The dialogues of a step: number of the source, dialogue, name of the draw."""
+        """The dialogues of a step: index of the source, dialogue, name of the draw."""
         for number in range(self.settings.batch_size):
             name = f"step {step}, {number}"
             random = chance(self.settings.seed, name)
@@ -217,8 +217,8 @@ class Fit:
             if self.step:
                 raise diverged(self.step)
             raise GoalscopeError(
-                "The model's log-probabilities are not finite. Check that it is sound: `goalscope "
-                "models check`."
+                "The model's log-probabilities are not finite. Test the model with "
+                "`goalscope models check`."
             )
         last = [table.sum(0).double().cpu().numpy() for table in tables]
         scores = _scores(last, [each.group for each in self._validation])
@@ -245,9 +245,9 @@ class Fit:
 
 
 def _by_truth(cases: Sequence[Case]) -> list[list[Case]]:
-    """Dialogues grouped by their true goal, so that frequent and rare goals are drawn alike.
+    """Dialogues grouped by their true goal, so that frequent and rare goals are sampled equally.
 
-    Otherwise a goal's text alone would tell how likely it is to be true.
+    Otherwise the text of a goal alone would reveal how likely it is to be true.
     """
     found: dict[str, list[Case]] = {}
     for case in cases:
@@ -268,7 +268,7 @@ def _example(case: Case, settings: Settings, name: str, *, validates: bool = Fal
 
 
 def _goals_loss(evidence: Any, example: Example) -> Any:
-    """Minus the log-posteriors that should be large, from log-likelihoods [turns, goals]."""
+    """The negative log-posteriors of what is true, from log-likelihoods [turns, goals]."""
     belief = evidence.cumsum(0)
     if belief.shape[1] > 2:
         each = math.log(example.negatives / (belief.shape[1] - 2))

@@ -1,4 +1,4 @@
-"""A model with trainable LoRA adapters, and the log-likelihood of words under it."""
+"""A model with trainable LoRA adapters, and its log-likelihood of words."""
 
 from __future__ import annotations
 
@@ -32,9 +32,9 @@ class Example:
     Attributes:
         task: The assistant's task.
         goals: The true goal, `UNSPECIFIED`, and wrong ones.
-        turns: All of them.
-        negatives: Number of wrong goals that the dialogue has, of which some were drawn.
-        group: Of the dialogue.
+        turns: The turns.
+        negatives: Number of all wrong goals of the dialogue, from which some were drawn.
+        group: Group of the dialogue.
     """
 
     task: str
@@ -45,12 +45,12 @@ class Example:
 
 
 class Learner:
-    """A Hugging Face model with LoRA adapters whose weights can be trained.
+    """A Hugging Face model with trainable LoRA adapters.
 
     Attributes:
         model: The model.
         roleplay: Makes its prompts.
-        parameters: Those that are trained.
+        parameters: The trained parameters.
     """
 
     def __init__(
@@ -66,23 +66,23 @@ class Learner:
         """Add adapters to the model.
 
         Args:
-            model: The model; it is changed.
+            model: The model, which is modified.
             roleplay: Makes its prompts.
-            rank: Of the adapters.
-            layers: Share of the model's layers, the last ones, that get adapters.
-            seed: Of the adapters' first weights, which change nothing yet.
-            start: An adapter to begin with, whose rank and layers are kept.
+            rank: Rank of the adapters.
+            layers: Share of the model's layers to adapt, counted from the last.
+            seed: Seed of the initial weights, which change nothing yet.
+            start: An adapter to start from, whose rank and layers are kept.
 
         Raises:
-            ModelError: The model has layers that cannot be adapted, or other layers than `start`.
+            ModelError: Some layers cannot be adapted, or differ from those of `start`.
         """
         peft, torch = package("peft"), package("torch")
         self.model, self.roleplay = model, roleplay
         network = model.network.model
         if network.config.model_type not in ARCHITECTURES:
             raise ModelError(
-                f"{model.name} is a {network.config.model_type} model. Adapters can be made for "
-                f"models of the kinds {', '.join(ARCHITECTURES)}."
+                f"{model.name} is a {network.config.model_type} model. Adapters are supported "
+                f"for {', '.join(ARCHITECTURES)} models."
             )
         count = network.config.num_hidden_layers
         numbers = list(range(count - max(1, round(layers * count)), count))
@@ -92,13 +92,13 @@ class Learner:
         found = {place for name, _ in network.named_modules() if (place := _place(name))}
         if start is not None and not set(start.layers) == wanted <= found:
             raise ModelError(
-                f"{model.name} and the adapter to begin with have different layers. Begin with "
+                f"{model.name} and the adapter to start from have different layers. Use "
                 "--start none."
             )
         if not wanted <= found:
             raise ModelError(
-                f"{model.name} lacks some of the layers {', '.join(MODULES)}, which adapters are "
-                "made for. Choose another model."
+                f"{model.name} lacks some of the layers {', '.join(MODULES)}, which adapters "
+                "need. Choose another model."
             )
         torch.manual_seed(seed)
         config = peft.LoraConfig(
@@ -117,7 +117,7 @@ class Learner:
             self._begin(start)
 
     def log_likelihood(self, example: Example) -> Any:
-        """The log-likelihood of each turn's words under each goal: [T, G], nats, with gradients."""
+        """[T, G] log-likelihood of each turn's words under each goal, nats, with gradients."""
         torch = package("torch")
         scores: list[Any] = []
         trie, spots = Trie(), list[tuple[list[int], list[int]]]()
@@ -136,13 +136,13 @@ class Learner:
         return torch.stack(scores).reshape(len(example.turns), len(example.goals))
 
     def answers(self, trie: Trie, spots: Sequence[tuple[list[int], list[int]]]) -> list[Any]:
-        """The log-likelihood of each answer after the nodes that lead to its tokens, nats."""
+        """The log-likelihood of each answer, nats, given the nodes before its tokens."""
         nodes = [node for each, _ in spots for node in each]
         logprobs, _ = self.at(trie, nodes, [token for _, answer in spots for token in answer])
         return [each.sum() for each in logprobs.split([len(answer) for _, answer in spots])]
 
     def at(self, trie: Trie, nodes: Sequence[int], tokens: Sequence[int]) -> tuple[Any, Any]:
-        """[N] log-probabilities of tokens after nodes, nats, and whether each is likeliest."""
+        """[N] log-probabilities of tokens after nodes, nats, and whether each is the likeliest."""
         torch = package("torch")
         places = sorted({*nodes})
         row_of = {node: row for row, node in enumerate(places)}
@@ -157,16 +157,16 @@ class Learner:
 
     @contextmanager
     def enough_memory(self) -> Generator[None]:
-        """Within it, running out of memory is a `GoalscopeError`."""
+        """A context in which running out of memory raises a `GoalscopeError`."""
         try:
             yield
         except (RuntimeError, MemoryError) as error:
             if not self.model.network.is_out_of_memory(error):
                 raise
             raise GoalscopeError(
-                "The memory is too small to learn from a dialogue this long. Close other programs, "
-                "and the same command resumes; or take --device cpu or a smaller model, and "
-                "another --out."
+                "Out of memory: a dialogue is too long. Close other programs and run the "
+                "same command to resume, or use --device cpu or a smaller model with another "
+                "--out."
             ) from None
 
     def tokens(self, example: Example) -> int:
@@ -179,14 +179,14 @@ class Learner:
         return {name: each.detach().cpu().clone() for name, each in named if each.requires_grad}
 
     def restore(self, state: dict[str, Any]) -> None:
-        """Set the weights to those of an earlier `state`."""
+        """Restore the weights of an earlier `state`."""
         with package("torch").no_grad():
             for name, each in self._peft.named_parameters():
                 if each.requires_grad:
                     each.copy_(state[name])
 
     def adapter(self, metadata: dict[str, str]) -> Adapter:
-        """The adapters with their present weights."""
+        """The adapters with their current weights."""
         layers = {
             place: (a.detach().float().cpu().numpy(), b.detach().float().cpu().numpy())
             for place, (a, b) in sorted(self._layers.items())
@@ -214,21 +214,21 @@ class Learner:
             for own, given in zip(weights, (a, b * adapter.alpha / adapter.rank), strict=True):
                 if own.shape != given.shape:
                     raise ModelError(
-                        f"The adapter to begin with is for a model of another size than "
-                        f"{self.model.name}. Begin with --start none."
+                        "The adapter to start from is for a model of another size than "
+                        f"{self.model.name}. Use --start none."
                     )
                 with torch.no_grad():
                     own.copy_(given)
 
 
 def _place(name: str) -> tuple[int, str] | None:
-    """Number and name of a layer such as "model.layers.3.mlp.up_proj"."""
+    """The number and name of a layer such as "model.layers.3.mlp.up_proj"."""
     match = re.search(r"\.layers\.(\d+)\.(?:self_attn|mlp)\.(\w+)$", name)
     return (int(match[1]), match[2]) if match else None
 
 
 def _ancestors(trie: Trie) -> Any:
-    """[nodes, nodes] whether each node attends to another: to itself and what leads to it."""
+    """[nodes, nodes] whether each node attends to another: itself and its ancestors."""
     sees = np.eye(len(trie), dtype=bool)
     for node, parent in enumerate(trie.parents):
         if parent >= 0:

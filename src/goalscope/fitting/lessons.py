@@ -1,6 +1,6 @@
-"""Lessons for a model that writes: prompts, and the right answers, drawn anew in each epoch.
+"""Lessons for a model that writes: prompts with the right answers, redrawn in each epoch.
 
-Messages are recombined, which teaches a reader to copy what was said rather than to expect what is
+Messages are recombined, which teaches a reader to copy what was said rather than guess what is
 usual (Jia & Liang, 2016: "Data Recombination for Neural Semantic Parsing").
 """
 
@@ -35,9 +35,9 @@ from goalscope.writer import (
 __all__ = ["Draw", "Lesson", "lessons_of"]
 
 RENAMED = 0.4
-"""Share of the things in a message that become others."""
+"""Share of the things in a message that are replaced."""
 JOINED = 0.1
-"""Share of conversations that begin with another one's first message."""
+"""Share of conversations that start with another conversation's first message."""
 
 _NEGATIVES = (("near", 5), ("any", 2))
 _POSITIVES = 8
@@ -45,7 +45,7 @@ _POSITIVES = 8
 
 @dataclass(frozen=True, slots=True)
 class Lesson:
-    """A prompt and the right answer; `kind` says what it teaches."""
+    """A prompt and the right answer; `kind` is the skill that it teaches."""
 
     kind: str
     prompt: Sequence[Message]
@@ -53,10 +53,10 @@ class Lesson:
 
 
 Draw = Callable[[random.Random], list[Lesson]]
-"""Draws the lessons of one conversation, talk or occasion; they share beginnings."""
+"""Draws the lessons of one conversation or occasion; they share prefixes."""
 
 Conversation = Sequence[Line]
-"""Lines of one person, each of which has those before it as its context."""
+"""Lines of one person, each with the previous ones as its context."""
 
 
 def lessons_of(
@@ -69,10 +69,10 @@ def lessons_of(
     """The lessons of a corpus.
 
     Args:
-        found: What teaches.
-        model: The model that is taught.
-        languages: What can be asked for, by domain.
-        known: Holds the occasions that are looked up.
+        found: The entries of the corpus.
+        model: The model to teach.
+        languages: The verbs, by domain.
+        known: The occasions to look up.
     """
     lines = [each for each in found if isinstance(each, Line)]
     talks = [each for each in found if isinstance(each, Talk)]
@@ -91,7 +91,7 @@ def _task(domain: str, languages: Mapping[str, Language]) -> str:
 
 
 def _talk_lessons(talk: Talk, task: str, draw: random.Random) -> list[Lesson]:
-    """The goals at a point of a conversation, and the next question."""
+    """Lessons on the goals at a point of a conversation, and the next question."""
     goals = [*talk.goals]
     if len(goals) > 1 and draw.random() < 0.3:  # another order of the same goals, as may come later
         draw.shuffle(goals)
@@ -103,7 +103,7 @@ def _talk_lessons(talk: Talk, task: str, draw: random.Random) -> list[Lesson]:
 
 
 def _need_lessons(occasions: Sequence[Occasion], known: Sequence[Occasion]) -> list[Draw]:
-    """What aims call for, with the occasions nearest to each in the prompt."""
+    """Lessons on what aims need, with the nearest occasions in the prompt."""
     found: list[Draw] = []
     nearest: dict[str, Nearest] = {}
     things: dict[str, list[str]] = {}
@@ -137,7 +137,7 @@ def _need_lesson(
 def _judgements(
     each: Occasion, like: Sequence[Occasion], things: Sequence[str], draw: random.Random
 ) -> Iterator[tuple[str, str]]:
-    """Things and how an aim needs them."""
+    """Things, and how an aim needs them."""
     needed, nice, unwanted = JUDGEMENTS
     own = {" ".join(singulars(thing)) for thing in each.needed + each.nice}
     words = {word for thing in own for word in thing.split()}
@@ -159,7 +159,7 @@ def _judgements(
 def _reading_lessons(
     lines: Sequence[Line], model: Generator, languages: Mapping[str, Language]
 ) -> list[Draw]:
-    """The orders of each message, in recombined conversations."""
+    """Lessons on the orders of each message, in recombined conversations."""
     if not lines:
         return []
     readers = {name: Reader(model, each.verbs, taught=True) for name, each in languages.items()}
@@ -183,7 +183,7 @@ def _reading_lesson(
 
 
 def _conversations(lines: Sequence[Line]) -> list[Conversation]:
-    """Lines grouped by conversation, in which one follows another."""
+    """Lines grouped by conversation, in order."""
     found: list[list[Line]] = []
     for line in lines:
         last = found[-1][-1] if found else None
@@ -195,10 +195,10 @@ def _conversations(lines: Sequence[Line]) -> list[Conversation]:
 
 
 class Recombining:
-    """Draws variants of conversations: about other things, and with more in one message.
+    """Draws variants of conversations: about other things, and with merged messages.
 
     Args:
-        corpus: Conversations from which things and first messages are drawn.
+        corpus: Conversations to draw things and first messages from.
     """
 
     def __init__(self, corpus: Sequence[Conversation]) -> None:
@@ -213,7 +213,7 @@ class Recombining:
         self._things = {kind: [*names] for kind, names in things.items()}
 
     def __call__(self, conversation: Conversation, draw: random.Random) -> Conversation:
-        """A variant of a conversation, often itself."""
+        """A variant of a conversation, often the conversation itself."""
         for what, kind in dict(_named_things(conversation)).items():
             if draw.random() < RENAMED:
                 other = draw.choice(self._things[kind])
@@ -236,7 +236,7 @@ class Recombining:
 
 
 def _named_things(conversation: Conversation) -> Iterator[tuple[str, tuple[str, str, bool]]]:
-    """The things that orders name, each with the kind of things that may take its place."""
+    """The things that orders name, each with the kind of thing that may replace it."""
     for line in conversation:
         for order in acting(line.orders):
             if order.what:
@@ -249,7 +249,7 @@ def _texts(line: Line) -> list[str]:
 
 
 def _only_in_full(what: str, conversation: Conversation) -> bool:
-    """Whether a thing was said, and its last word occurs nowhere but in its whole name."""
+    """Whether a thing was said, and its last word occurs only in its whole name."""
     said = any(_named(what).search(line.message) for line in conversation)
     rest = " ".join(_named(what).sub(" ", text) for each in conversation for text in _texts(each))
     last = words_of(what)[-1:]
@@ -257,7 +257,7 @@ def _only_in_full(what: str, conversation: Conversation) -> bool:
 
 
 def _shares(what: str, conversation: Conversation) -> bool:
-    """Whether a thing has a word in common with a conversation."""
+    """Whether a thing shares a word with a conversation."""
     said = {word for line in conversation for text in _texts(line) for word in words_of(text)}
     return not said.isdisjoint(words_of(what))
 

@@ -1,4 +1,4 @@
-"""From dialogues to an adapter in a folder, with its figures and its model card."""
+"""Fit an adapter from dialogues, and write it with its figures and model card."""
 
 from __future__ import annotations
 
@@ -38,7 +38,7 @@ __all__ = ["Plan"]
 
 
 class Plan:
-    """What a fit is to do; everything that can be refused without the model is refused here."""
+    """The plan of a fit, checked as far as possible without the model."""
 
     def __init__(
         self,
@@ -50,28 +50,28 @@ class Plan:
         layout: Layout,
         base: str,
     ) -> None:
-        """Part the dialogues into those that train and those that validate.
+        """Split the dialogues into training and validation.
 
         Args:
             sources: The dialogues.
-            folder: Of the adapter; an interrupted fit in it is resumed.
-            settings: How to fit; rank and layers are those of `start`, if given.
-            start: GGUF file of the adapter to begin with.
+            folder: Folder of the adapter; an interrupted fit in it is resumed.
+            settings: The hyperparameters; rank and layers are those of `start`, if given.
+            start: GGUF file of the adapter to start from.
             layout: Where the prompt states the goal.
-            base: What others call the model, such as its name on the hub.
+            base: Public name of the model, such as its name on the hub.
 
         Raises:
             InvalidInputError: The folder holds something else, the dialogues are too few, or
                 `start` has another layout.
-            ModelError: `start` is no adapter.
+            ModelError: `start` is not an adapter.
         """
         check_folder(folder)
         known = adapter_metadata(start) if start else {}
         fitted = known.get(FITTED_LAYOUT, layout)
         if fitted != layout:
             raise InvalidInputError(
-                f"The adapter to begin with was fitted with the layout {fitted}, not {layout}. "
-                f"Give --layout {fitted}, or begin with --start none."
+                f"The adapter to start from was fitted with the layout {fitted}, not "
+                f"{layout}. Use --layout {fitted} or --start none."
             )
         self._sources, self._folder, self._settings = sources, folder, settings
         self._start, self._known, self._base = start, known, base
@@ -99,13 +99,13 @@ class Plan:
         }
 
     def run(self, model: Transformers, *, command: str) -> Iterator[Progress]:
-        """Fit, yielding each step and validation; in the end the folder holds the adapter.
+        """Fit, yielding each step and validation; at the end the folder holds the adapter.
 
-        Beside the adapter in two formats it holds `fit.json` and a model card.
+        It has the adapter in two formats, `fit.json` and a model card.
 
         Args:
-            model: The model to adapt; it is changed.
-            command: What asked for it, for the card.
+            model: The model to adapt, which is modified.
+            command: The command line, for the card.
 
         Raises:
             InvalidInputError: The folder holds something else, or a dialogue is too long for the
@@ -145,7 +145,7 @@ class Plan:
                 write_adapter(folder / "adapter.gguf", adapter, config)
 
     def _metadata(self, learned: Sequence[Sequence[Case]], settings: Settings) -> dict[str, str]:
-        """What the adapter's file says of itself, with what the adapter it began with says."""
+        """The metadata of the adapter's file, including that of the adapter it started from."""
         cases = list(chain.from_iterable(learned))
         own = {
             FITTED_DIALOGUES: {said_key(case.turns) for case in cases},
@@ -194,7 +194,7 @@ class Plan:
 
 
 def _beginning(start: Path | None, known: Mapping[str, str]) -> str:
-    """What a fit begins with, in words."""
+    """What a fit starts from, as text."""
     if start is None:
         return "no adapter"
     digest = digest_of(start)[:16]
@@ -202,14 +202,17 @@ def _beginning(start: Path | None, known: Mapping[str, str]) -> str:
     learned = known.get(FITTED_SOURCES)
     if learned and FITTED_DIALOGUES in known:
         return f"{name}, which was fitted on {learned}"
-    return f"{name}, which does not say what it learned from: perhaps from dialogues that validate"
+    return (
+        f"{name}, which does not say what it was fitted on, perhaps including the validation "
+        "dialogues"
+    )
 
 
 def _check_lengths(roleplay: RolePlay, sources: Sequence[Source], longest: int) -> None:
-    """Find what does not fit into the model's context before the work begins.
+    """Check before the work begins that everything fits into the model's context.
 
     Raises:
-        InvalidInputError: A goal or a turn is too long; names the dialogue.
+        InvalidInputError: A goal or a turn is too long; the message names the dialogue.
     """
     model = roleplay.model
 
@@ -221,7 +224,8 @@ def _check_lengths(roleplay: RolePlay, sources: Sequence[Source], longest: int) 
             tokens = model.count_tokens([Message("user", goal.text)])
             if tokens > GOAL_TOKENS:
                 raise InvalidInputError(
-                    f"a goal has {tokens} tokens; it may have {GOAL_TOKENS}: {goal.text[:60]!r}..."
+                    f"a goal has {tokens} tokens, and at most {GOAL_TOKENS} are allowed: "
+                    f"{goal.text[:60]!r}..."
                 )
         for t, turn in enumerate(case.turns[:longest]):
             if len(f"{case.task}{turn.query}{turn.utterance}".encode()) > model.context_size // 4:

@@ -1,4 +1,4 @@
-"""The dialogues with known goals that an adapter is fitted on, and those that validate it."""
+"""Dialogues with known goals for fitting an adapter, and for validating it."""
 
 from __future__ import annotations
 
@@ -22,13 +22,13 @@ _PLACES = re.compile(r"(?P<start>\d*):(?P<stop>\d*)")
 
 @dataclass(frozen=True, slots=True)
 class Source:
-    """Dialogues of one origin.
+    """Dialogues from one source.
 
     Attributes:
         name: As the user named it, such as "multiwoz:val[200:]".
-        cases: The dialogues, once for each way to draw their wrong goals.
+        cases: The dialogues, one list for each way to draw wrong goals.
         sha256: Of the file.
-        licence: Of the dataset; empty for a file of one's own.
+        licence: Of the dataset; empty for your own file.
     """
 
     name: str
@@ -41,25 +41,25 @@ def read_source(name: str, folder: Path | None, *, goals: int = 20, seed: int = 
     """Read a file of dialogues, or a dataset.
 
     Args:
-        name: FILE.jsonl, SET or SET:SPLIT; perhaps with a slice of the dialogues, as in
-            `teach:train[:100]`. The dialogues before the slice are kept for evaluation: other
-            dialogues of their groups are left out, and so are their true goals among the wrong
-            ones, unless they are true in the slice, too.
-        folder: Of the datasets; that of GOALSCOPE_DATA if None.
-        goals: Number of goals of each dialogue of a dataset.
-        seed: Of their draw.
+        name: FILE.jsonl, SET or SET:SPLIT, optionally with a slice of the dialogues, as in
+            `teach:train[:100]`. The dialogues before the slice are reserved for evaluation: other
+            dialogues of their groups are left out, and so are their true goals as wrong goals,
+            unless they are also true in the slice.
+        folder: Folder of the datasets; $GOALSCOPE_DATA if None.
+        goals: Number of goals per dialogue of a dataset.
+        seed: Seed for drawing goals.
 
     Raises:
         InvalidInputError: There is no such file, dataset or split, or no dialogue in it.
     """
     match = _NAME.fullmatch(name)
     if match is None:
-        raise InvalidInputError(f"{shown(name)} names no file or dataset to fit on.")
+        raise InvalidInputError(f"{shown(name)} is not a file or dataset to fit on.")
     places = _PLACES.fullmatch(match["places"] or ":")
     if places is None:
         raise InvalidInputError(
-            f"{shown(name)}: places are [FROM:TO], counted from 0, either of them left out: [200:] "
-            "are all dialogues but the first 200."
+            f"{shown(name)}: expected a slice [FROM:TO], counted from 0, where either can be "
+            "left out: [200:] is all dialogues but the first 200."
         )
     start, stop = (int(places[key]) if places[key] else None for key in ("start", "stop"))
     text, licence = match["name"], ""
@@ -88,8 +88,8 @@ def read_source(name: str, folder: Path | None, *, goals: int = 20, seed: int = 
     taken = [each for case in taken if (each := _without(case, held_out))]
     if not taken:
         raise InvalidInputError(
-            f"{name} holds no dialogue to fit on; of {len(lists[0])} in all, some may be of the "
-            "groups or goals of those before the first place."
+            f"{name} leaves no dialogues to fit on. Of {len(lists[0])} in all, some may share "
+            "groups or goals with those before the slice."
         )
     return Source(name, taken, digest_of(file), licence)
 
@@ -97,19 +97,19 @@ def read_source(name: str, folder: Path | None, *, goals: int = 20, seed: int = 
 def parted(
     sources: Sequence[Source], *, validation: int, seed: int, learned: Collection[str] = ()
 ) -> tuple[list[list[Case]], list[Case]]:
-    """Split groups of dialogues into those that train, by source, and those that validate.
+    """Split groups of dialogues into training, by source, and validation.
 
     Args:
         sources: At least one.
-        validation: Most dialogues that validate: the same number of each source, of at most a
-            third of its groups.
-        seed: Of the draw.
-        learned: Keys (`said_key`) of dialogues that were learned from before; their groups do not
-            validate.
+        validation: Maximum number of validation dialogues: the same number from each source, from
+            at most a third of its groups.
+        seed: Seed of the split.
+        learned: Keys (`said_key`) of dialogues used for training before; their groups are not used
+            for validation.
 
     Raises:
-        InvalidInputError: A source has a single group, all its groups validate for another one, or
-            none is left to validate.
+        InvalidInputError: A source has a single group, all its groups are validation for another
+            source, or none is left for validation.
     """
     each = -(-validation // len(sources))
     held: set[tuple[str, str]] = set()
@@ -118,11 +118,11 @@ def parted(
         groups = sorted({case.group for case in source.cases})
         if len(groups) < 2:
             raise InvalidInputError(
-                f"All dialogues of {source.name} are of one group; some have to train and others "
-                "to validate. Give some of another group."
+                f"All dialogues of {source.name} are in one group, but training and "
+                "validation need different groups. Add dialogues of another group."
                 if len(source.cases) > 1
-                else f"{source.name} holds a single dialogue; one has to train and another to "
-                "validate. Give at least two."
+                else f"{source.name} has a single dialogue, but training and validation need one "
+                "each. Add another one."
             )
         known = {case.group for case in source.cases if said_key(case.turns) in learned}
         chance(seed, source.name).shuffle(groups)
@@ -135,8 +135,8 @@ def parted(
         held |= {(source.sha256, case.group) for case in lists[-1]}
     if not any(lists):
         raise InvalidInputError(
-            "The adapter to begin with has learned from all these dialogues, so none can validate. "
-            "Give others, or begin with --start none."
+            "The adapter to start from was fitted on all these dialogues, so none is left "
+            "for validation. Use other dialogues, or --start none."
         )
     train = [
         [case for case in source.cases if (source.sha256, case.group) not in held]
@@ -145,8 +145,8 @@ def parted(
     for source, own in zip(sources, train, strict=True):
         if not own:
             raise InvalidInputError(
-                f"All dialogues of {source.name} validate for another part of the same file. "
-                "Name each dialogue once."
+                f"All dialogues of {source.name} are already validation for another part of "
+                "the same file. Use each dialogue only once."
             )
     turns = chain.from_iterable(zip_longest(*lists))
     return train, [case for case in turns if case is not None][:validation]
@@ -163,7 +163,7 @@ def _truth(case: Case) -> str:
 
 
 def _without(case: Case, keys: set[str]) -> Case | None:
-    """The case without some wrong goals; None if it then has no wrong one."""
+    """The case without some wrong goals; None if no wrong goal is left."""
     truth = case.goals[case.truth]
     goals = tuple(goal for goal in case.goals if goal == truth or goal_key(goal.text) not in keys)
     return replace(case, goals=goals, truth=goals.index(truth)) if len(goals) > 1 else None

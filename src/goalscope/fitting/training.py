@@ -1,4 +1,4 @@
-"""What every fit shares: steps of AdamW, a state that survives an interruption, a folder."""
+"""Shared by all fits: AdamW steps, a state that survives interruptions, and the folder."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from goalscope.types import GoalscopeError, InvalidInputError
 __all__ = ["KEPT", "Training", "check_folder", "diverged", "locked", "writing_to"]
 
 KEPT = 10
-"""Steps after which the state is kept."""
+"""Steps between saved states."""
 
 _WARM_UP = 0.05  # share of the steps in which the learning rate rises
 _CLIP = 1.0  # largest norm of a gradient
@@ -30,7 +30,7 @@ class Training:
     """The steps of one fit.
 
     Attributes:
-        step: Steps done.
+        step: Number of steps done.
     """
 
     def __init__(
@@ -42,14 +42,14 @@ class Training:
         folder: Path,
         about: Mapping[str, Any],
     ) -> None:
-        """Prepare; `resume` continues an interrupted fit.
+        """Prepare a fit; `resume` continues an interrupted one.
 
         Args:
             learner: The model.
-            learning_rate: At its peak; it falls to nearly 0 at the last step.
-            steps: In all.
-            folder: Keeps the state.
-            about: What an interrupted fit must have in common to be resumed, as JSON.
+            learning_rate: Peak learning rate; it decays to nearly 0.
+            steps: Total number of steps.
+            folder: Folder of the state.
+            about: What must be equal to resume an interrupted fit, as JSON.
         """
         self.step = 0
         self._learner, self._rate, self._steps = learner, learning_rate, steps
@@ -60,9 +60,9 @@ class Training:
         )
 
     def learn(self, losses: Iterable[Any]) -> float:
-        """Take one step down the sum of the losses, and return that sum.
+        """Take one gradient step on the sum of the losses, and return the sum.
 
-        Each loss is freed before the next one is computed.
+        The graph of each loss is freed before the next is computed.
 
         Raises:
             GoalscopeError: Memory ran out, or a loss or gradient is not finite.
@@ -86,7 +86,7 @@ class Training:
         return total
 
     def keep(self, **more: Any) -> None:
-        """Write the state, with what else is to be kept, atomically.
+        """Write the state and other data atomically.
 
         Raises:
             GoalscopeError: It cannot be written.
@@ -107,15 +107,15 @@ class Training:
             os.replace(part, self._file)
         except (OSError, RuntimeError) as error:
             raise GoalscopeError(
-                f"{self._file} cannot be written ({error}). Free some space; the state before it "
-                "is still there, and the same command resumes from it."
+                f"Cannot write {self._file} ({error}). Free some space; the same command "
+                "resumes from the previous state."
             ) from None
 
     def resume(self, take: Callable[[Mapping[str, Any]], None]) -> None:
-        """Continue from the state in the folder, if there is one; `take` is given what was kept.
+        """Continue from the state in the folder, if there is one; `take` receives the other data.
 
         Raises:
-            InvalidInputError: The state is broken, or that of another fit.
+            InvalidInputError: The state is damaged, or belongs to another fit.
         """
         if not self._file.exists():
             return
@@ -137,8 +137,8 @@ class Training:
             ) from None
         if other:
             raise InvalidInputError(
-                f"{self._file.parent} holds a fit that was begun with another "
-                f"{' and another '.join(other)}. Give the same options to resume it, or name "
+                f"{self._file.parent} has a fit that was started with another "
+                f"{' and another '.join(other)}. Use the same options to resume it, or name "
                 "another folder with --out."
             )
 
@@ -151,10 +151,10 @@ def diverged(step: int) -> GoalscopeError:
 
 
 def check_folder(folder: Path) -> None:
-    """Accept a folder that is new or empty, or that holds an interrupted fit.
+    """Accept a folder that is new, empty, or holds an interrupted fit.
 
     Raises:
-        InvalidInputError: It is a file, or holds something else.
+        InvalidInputError: It is a file, or contains something else.
     """
     if folder.exists() and not folder.is_dir():
         raise InvalidInputError(f"{folder} is a file. Name a new folder with --out.")
@@ -163,16 +163,16 @@ def check_folder(folder: Path) -> None:
     if others and _STATE not in held:
         found = "a finished adapter" if "adapter.gguf" in held else others[0]
         raise InvalidInputError(
-            f"{folder} holds {found} and no interrupted fit. Name a new folder with --out."
+            f"{folder} contains {found} but no interrupted fit. Name a new folder with --out."
         )
 
 
 @contextmanager
 def locked(folder: Path) -> Generator[None]:
-    """Make the folder, and keep other processes from fitting in it.
+    """Create the folder, and lock it against other fits.
 
     Raises:
-        InvalidInputError: Another process does, or the folder holds something else.
+        InvalidInputError: Another process fits in it, or it contains something else.
         GoalscopeError: It cannot be written.
     """
     try:
@@ -180,9 +180,9 @@ def locked(folder: Path) -> Generator[None]:
         lock = FileLock(folder / ".lock")
         lock.acquire(blocking=False)
     except Timeout:
-        raise InvalidInputError(f"Another process fits an adapter in {folder}.") from None
+        raise InvalidInputError(f"Another process is fitting an adapter in {folder}.") from None
     except OSError as error:
-        raise GoalscopeError(f"{folder} cannot be written: {error.strerror or error}.") from None
+        raise GoalscopeError(f"Cannot write to {folder}: {error.strerror or error}.") from None
     try:
         check_folder(folder)
         yield
@@ -193,7 +193,7 @@ def locked(folder: Path) -> Generator[None]:
 
 @contextmanager
 def writing_to(folder: Path) -> Generator[None]:
-    """Write the finished adapter within it; then the state is deleted.
+    """A context for writing the finished adapter; afterwards the state is deleted.
 
     Raises:
         GoalscopeError: The folder cannot be written.
@@ -203,6 +203,6 @@ def writing_to(folder: Path) -> Generator[None]:
         (folder / _STATE).unlink(missing_ok=True)
     except OSError as error:
         raise GoalscopeError(
-            f"The adapter cannot be written to {folder}: {error.strerror or error}. Free some "
-            "space; the same command resumes from the state that was kept."
+            f"Cannot write the adapter to {folder}: {error.strerror or error}. Free some "
+            "space; the same command resumes from the saved state."
         ) from None

@@ -1,4 +1,4 @@
-"""Teach a model to write: an adapter fitted on prompts with the right answers after them."""
+"""Teach a model to write: fit an adapter on prompts followed by the right answers."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ from goalscope.models.trie import Trie
 __all__ = ["WritingSettings", "fit_writing"]
 
 Tokens = list[tuple[list[int], list[int]]]
-"""Prompts and answers of lessons that share beginnings."""
+"""Prompts and answers of lessons with shared prefixes."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -33,10 +33,10 @@ class WritingSettings:
 
     Attributes:
         rank: Of the adapter.
-        learning_rate: Of AdamW at its peak; it falls to nearly 0 at the last step.
-        batch_tokens: Tokens of a step, about.
-        epochs: How often each conversation, talk and occasion is learned from.
-        seed: Of everything that is drawn.
+        learning_rate: Peak learning rate of AdamW; it decays to nearly 0.
+        batch_tokens: Approximate number of tokens per step.
+        epochs: Passes over the corpus.
+        seed: Seed of all random draws.
     """
 
     rank: int = 32
@@ -58,23 +58,23 @@ def fit_writing(
     corpus: Mapping[str, Any],
     command: str,
 ) -> Iterator[tuple[int, int, float]]:
-    """Fit an adapter, yielding steps done, steps in all, and the last loss, nats a token.
+    """Fit an adapter, yielding steps done, total steps, and the last loss in nats per token.
 
-    In the end the folder holds `adapter.gguf` and `fit.json`. An interrupted fit in it is resumed.
+    At the end the folder has `adapter.gguf` and `fit.json`. An interrupted fit in it is resumed.
 
     Args:
-        model: The model to adapt; it is changed.
-        lessons: What to learn from.
+        model: The model to adapt, which is modified.
+        lessons: The training lessons.
         settings: How to fit.
         folder: Of the adapter.
-        validation: What the adapter is tried on in the end.
-        start: File of the adapter to begin with, whose rank and layers are kept.
-        base: What others call the model.
-        corpus: Where the lessons come from, for `fit.json`; with "files", a list.
-        command: What asked for it.
+        validation: The lessons for the final evaluation.
+        start: File of the adapter to start from, whose rank and layers are kept.
+        base: Public name of the model.
+        corpus: The sources of the lessons, for `fit.json`; with "files", a list.
+        command: The command line.
 
     Raises:
-        InvalidInputError: The folder holds something else, or another fit.
+        InvalidInputError: The folder contains something else, or another fit.
         GoalscopeError: The folder cannot be written.
     """
     config = model.network.model.config
@@ -133,9 +133,9 @@ def fit_writing(
 def _validated(
     learner: Learner, lessons: Sequence[Draw], settings: WritingSettings
 ) -> dict[str, dict[str, float]]:
-    """How well lessons are known, by kind: `answers`, `nats` a token, and the share `right`.
+    """Accuracy on lessons by kind: `answers`, `nats` per token, and the share `right`.
 
-    An answer is right where each of its tokens is the likeliest after those before it, so that the
+    An answer is right if each of its tokens is the likeliest after those before it, so that the
     model would write it.
     """
     found: dict[str, list[tuple[float, int, bool]]] = {}
@@ -183,7 +183,7 @@ def _answers(learner: Learner, batch: Tokens) -> tuple[Any, Any]:
 
 
 def _drawn(lessons: Sequence[Draw], settings: WritingSettings) -> Iterator[list[Lesson]]:
-    """Lessons in a drawn order; the last epoch may be a part of one."""
+    """Lessons in random order; the last epoch may be partial."""
     draw = random.Random(settings.seed)
     order = list(lessons)
     left = round(settings.epochs * len(order))
@@ -195,7 +195,7 @@ def _drawn(lessons: Sequence[Draw], settings: WritingSettings) -> Iterator[list[
 
 
 def _batches(examples: Iterable[Tokens], settings: WritingSettings) -> list[Tokens]:
-    """Examples cut into steps."""
+    """Examples grouped into steps."""
     found = list[Tokens]()
     batch, size = Tokens(), 0
     for example in examples:

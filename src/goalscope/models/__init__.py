@@ -1,4 +1,4 @@
-"""What goalscope asks of a language model."""
+"""The interfaces of language models."""
 
 from __future__ import annotations
 
@@ -32,22 +32,22 @@ CLOSED = "This model is closed; open it again with open_model(...)."
 """The error of any call after `close`."""
 
 OnText = Callable[[str], None]
-"""Called with a text as it grows: all of it so far, each time."""
+"""Called with the whole text so far as it grows."""
 
 
 @dataclass(frozen=True, slots=True)
 class Completion:
-    """What a model wrote, and what it took.
+    """A reply of a model, and its cost.
 
     Attributes:
         text: The reply, without the end-of-turn token.
         finish: "stop" at an end-of-turn or stop string, "length" at `max_tokens`.
         prompt_tokens: Tokens of the prompt.
         completion_tokens: Tokens written.
-        log_probability: Of the text and its end, nats; None where the model does not tell.
-        margins: Line by line, the nats by which its least sure token led the next likeliest that
-            could have come; None likewise. A line's end counts to what follows, the text's end to
-            the last line.
+        log_probability: Of the text and its end, nats; None if the model does not report it.
+        margins: For each line, the smallest lead in nats of one of its tokens over the likeliest
+            alternative; None likewise. The end of a line belongs to the next line, the end of the
+            text to the last one.
     """
 
     text: str
@@ -59,11 +59,11 @@ class Completion:
 
 
 class LanguageModel(Protocol):
-    """What is common to a model that writes and one that scores."""
+    """The common interface of models that write and models that score."""
 
     @property
     def context_size(self) -> int:
-        """Most tokens of a prompt with what is written or scored after it."""
+        """Maximum number of tokens of a prompt with its continuation."""
         ...
 
     def count_tokens(self, messages: Sequence[Message]) -> int:
@@ -76,7 +76,7 @@ class Generator(LanguageModel, Protocol):
 
     @property
     def takes_grammar(self) -> bool:
-        """Whether `generate` takes a `grammar`."""
+        """Whether `generate` accepts a `grammar`."""
         ...
 
     def generate(
@@ -95,24 +95,24 @@ class Generator(LanguageModel, Protocol):
 
         Args:
             messages: The chat so far; the last one is not the assistant's.
-            max_tokens: Most tokens to write.
-            temperature: 0 takes the likeliest token each time.
+            max_tokens: Maximum number of tokens to write.
+            temperature: 0 always takes the likeliest token.
             seed: Seed of the sampler; the same seed gives the same text.
-            stop: Strings that end the reply; they are not part of it.
+            stop: Strings that end the reply, and are not part of it.
             schema: JSON schema that the reply must satisfy.
-            grammar: Rules of the reply in place of a schema, in llama.cpp's GBNF.
-            on_text: Called with the reply as it is written, as far as that will not change; only
-                at the end by a model that does not stream.
+            grammar: GBNF grammar of the reply, in place of a schema.
+            on_text: Called with the reply as it is written, up to where it is final. Models that do
+                not stream call it once, at the end.
 
         Raises:
-            ModelError: The messages do not fit the context, or the model failed, or takes no
-                grammar.
+            ModelError: The messages do not fit the context, the model failed, or it does not accept
+                a grammar.
         """
         ...
 
 
 class LikelihoodModel(LanguageModel, Protocol):
-    """A model that tells how likely given words are."""
+    """A model that scores given words."""
 
     def token_logprobs(
         self,
@@ -132,7 +132,7 @@ class LikelihoodModel(LanguageModel, Protocol):
             One float64 array [N] in nats per pair; N is the number of scored tokens.
 
         Raises:
-            ModelError: A pair does not fit the context window (`count_tokens` tells beforehand).
+            ModelError: A pair does not fit the context window (check with `count_tokens`).
         """
         ...
 
@@ -146,20 +146,20 @@ class Opened(Protocol):
 
     @property
     def name(self) -> str:
-        """What the model is called."""
+        """The name of the model."""
         ...
 
     @property
     def fingerprint(self) -> str:
-        """Differs where answers may differ: other weights, another type of them, another engine."""
+        """An identifier that changes with anything that may change answers, such as weights."""
         ...
 
     def describe(self) -> str:
-        """One line on what it is, and where."""
+        """A one-line description."""
         ...
 
     def close(self) -> None:
-        """Give back what it holds; nothing may be done with it afterwards."""
+        """Free its resources; it cannot be used afterwards."""
         ...
 
 
@@ -172,11 +172,11 @@ class OpenScorer(LikelihoodModel, Opened, Protocol):
 
 
 class OpenModel(OpenGenerator, OpenScorer, Protocol):
-    """An opened model that does both."""
+    """An opened model that writes and scores."""
 
 
 def unfinished_json(room: int) -> UnreadableAnswerError:
-    """The error of a model whose JSON is not complete after `room` tokens."""
+    """The error for JSON that is incomplete after `room` tokens."""
     return UnreadableAnswerError(
         f"The model did not finish its answer within {room} tokens. Allow more tokens, or "
         "limit the schema's lengths (maxLength, maxItems)."
@@ -184,5 +184,5 @@ def unfinished_json(room: int) -> UnreadableAnswerError:
 
 
 def model_name(model: object) -> str:
-    """What a model, and its calibrations, are filed under: its name, or what kind it is."""
+    """The name under which a model and its calibrations are filed."""
     return getattr(model, "name", type(model).__name__)

@@ -1,4 +1,4 @@
-"""LoRA adapters as GGUF files: where they are, and how their weights are written and read."""
+"""LoRA adapters as GGUF files: finding, reading and writing them."""
 
 from __future__ import annotations
 
@@ -39,22 +39,22 @@ _BLOCK = 32
 Floats = npt.NDArray[np.float32]
 
 NO_ADAPTER = "none"
-"""What is said in place of an adapter's name where there shall be none."""
+"""The value in place of an adapter's name for "no adapter"."""
 
 FITTED_DIALOGUES = "fitted.dialogues"
-"""Key of the file under which hashes stand of the dialogues that it learned from, with spaces."""
+"""Metadata key of the hashes of the training dialogues, separated by spaces."""
 
 FITTED_GOALS = "fitted.goals"
-"""The same for their true goals."""
+"""Metadata key of the hashes of their true goals."""
 
 FITTED_LAYOUT = "goalscope.layout"
-"""Key under which stands where the prompt stated the goal (see `RolePlay`)."""
+"""Metadata key of the prompt layout (see `RolePlay`)."""
 
 FITTED_SOURCES = "fitted.sources"
-"""Key under which stands what it was fitted on, for people."""
+"""Metadata key of the training data, for people."""
 
 FITTED_TASK = "fitted.task"
-"""Key under which "writing" stands where the adapter was fitted on what is to be written."""
+"""Metadata key that is "writing" for adapters of models that write."""
 
 MODULES: Mapping[str, str] = {
     "q_proj": "attn_q",
@@ -65,7 +65,7 @@ MODULES: Mapping[str, str] = {
     "up_proj": "ffn_up",
     "down_proj": "ffn_down",
 }
-"""The layers that an adapter changes, as Transformers and as GGUF names them."""
+"""The layers that an adapter changes, by their names in Transformers and GGUF."""
 
 ARCHITECTURES: Mapping[str, str] = {
     "llama": "llama",
@@ -75,7 +75,7 @@ ARCHITECTURES: Mapping[str, str] = {
     "gemma2": "gemma2",
     "gemma3_text": "gemma3",
 }
-"""The architectures that can be adapted, as Transformers and as GGUF names them."""
+"""The architectures that can be adapted, by their names in Transformers and GGUF."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -87,7 +87,7 @@ class Adapter:
             the rows of B in the order of Transformers.
         rank: Of all layers.
         alpha: The scale is alpha / rank.
-        metadata: Texts that stand in the file, by their key.
+        metadata: Text metadata of the file, by key.
     """
 
     layers: Mapping[tuple[int, str], tuple[Floats, Floats]]
@@ -97,7 +97,7 @@ class Adapter:
 
 
 def shipped(name: str = "general") -> Path | None:
-    """The file of an adapter that comes with goalscope for the embedded model.
+    """The file of an adapter that ships with goalscope for the embedded model.
 
     Args:
         name: "general" for the likelihood of people's words, "reader" for reading, "writer" for
@@ -108,7 +108,7 @@ def shipped(name: str = "general") -> Path | None:
 
 
 def lost_adapters() -> list[Path]:
-    """Files of adapters that came with goalscope and are there no more."""
+    """Files of shipped adapters that are missing."""
     paths = map(_shipped_path, ("general", "reader", "writer"))
     return [path for path in paths if not path.is_file()]
 
@@ -127,8 +127,8 @@ def adapter_file(name: str | Path) -> Path:
     file = path / "adapter.gguf" if os.path.isdir(path) else path
     if not os.path.isfile(file):
         raise ModelError(
-            f"There is no adapter at {path}. Name a GGUF file, or a folder that `goalscope fit` "
-            "has finished."
+            f"There is no adapter at {path}. Name a GGUF file, or a folder with a finished "
+            "`goalscope fit`."
         )
     return file
 
@@ -136,16 +136,16 @@ def adapter_file(name: str | Path) -> Path:
 def write_adapter(path: Path, adapter: Adapter, config: Any) -> None:
     """Write an adapter for a model with this configuration of Transformers.
 
-    Its numbers are of 8 bits (Q8_0) where the rank is a multiple of 32, else of 16.
+    Weights are Q8_0 if the rank is a multiple of 32, otherwise 16-bit.
 
     Raises:
-        ModelError: llama.cpp knows no such architecture by these layers.
+        ModelError: The architecture is not supported.
         OSError: The file cannot be written.
     """
     if config.model_type not in ARCHITECTURES:
         raise ModelError(
-            f"An adapter of {config.model_type} models cannot be written as a GGUF file; only "
-            f"{', '.join(ARCHITECTURES)} models are known."
+            f"Adapters for {config.model_type} models cannot be written as GGUF files. "
+            f"Supported are {', '.join(ARCHITECTURES)} models."
         )
     architecture = ARCHITECTURES[config.model_type]
     part = path.with_suffix(".part")
@@ -171,10 +171,10 @@ def write_adapter(path: Path, adapter: Adapter, config: Any) -> None:
 
 
 def adapter_metadata(path: Path) -> dict[str, str]:
-    """The texts that stand in an adapter's file, by their key.
+    """The text metadata of an adapter's file, by key.
 
     Raises:
-        ModelError: It is no GGUF file.
+        ModelError: It is not a GGUF file.
     """
     _, fields = _opened(path)
     return {name: value for name, value in fields.items() if isinstance(value, str)}
@@ -184,14 +184,14 @@ def read_adapter(path: Path, config: Any) -> Adapter:
     """Read an adapter for a model with this configuration of Transformers.
 
     Raises:
-        ModelError: The file is no LoRA adapter, or one for another kind of model.
+        ModelError: The file is not a LoRA adapter, or is for another kind of model.
     """
     reader, fields = _opened(path)
     architecture = fields.get("general.architecture")
     if fields.get("adapter.type") != "lora" or architecture != ARCHITECTURES.get(config.model_type):
         raise ModelError(
-            f"{path} is not a LoRA adapter for {config.model_type} models. Take the model that it "
-            "was fitted on, or fit one on this model with `goalscope fit`."
+            f"{path} is not a LoRA adapter for {config.model_type} models. Use the model that "
+            "it was fitted on, or fit an adapter for this model with `goalscope fit`."
         )
     names = {gguf_name: name for name, gguf_name in MODULES.items()}
     found: dict[tuple[int, str], dict[str, Floats]] = {}
@@ -213,14 +213,14 @@ def read_adapter(path: Path, config: Any) -> Adapter:
         alpha = float(fields["adapter.lora.alpha"])
     except (KeyError, StopIteration, ValueError, TypeError):
         raise ModelError(
-            f"{path} lacks weights, or was fitted on a model of another size. Take that model, or "
-            "fit an adapter on this one with `goalscope fit`."
+            f"{path} lacks weights, or was fitted on a model of another size. Use that model, "
+            "or fit an adapter for this one with `goalscope fit`."
         ) from None
     ranks = {size for a, b in layers.values() for size in (a.shape[0], b.shape[1])}
     if ranks != {rank} or rank == 0 or not 0 < alpha < float("inf"):
         raise ModelError(
-            f"{path} has layers of several ranks, or no scale. Only adapters of one rank for all "
-            "layers are known, as `goalscope fit` makes them."
+            f"{path} has layers of different ranks, or no scale. Only adapters with one rank "
+            "for all layers are supported, such as those of `goalscope fit`."
         )
     texts = {name: value for name, value in fields.items() if isinstance(value, str)}
     return Adapter(layers, rank, alpha, texts)

@@ -1,4 +1,4 @@
-"""A cache of model calls on disk, so that an interrupted sweep repeats none of them."""
+"""A cache of model calls on disk, so that an interrupted sweep repeats none."""
 
 from __future__ import annotations
 
@@ -23,18 +23,18 @@ _APPLICATION_ID = 0x474F4143  # "GOAC"
 
 
 class CachedModel:
-    """A model whose answers are kept in a file, and found again by later processes.
+    """A model whose answers are cached in a file, shared with later processes.
 
-    An answer is found by the model's `fingerprint` (its weights, wherever they can be known), the
-    messages, and every setting. Several processes may share a file, and threads this object.
+    The key is the model's `fingerprint` (which includes its weights where possible), the messages
+    and every setting. Processes can share a file, and threads this object.
 
     Attributes:
-        hits: Answers that were found.
-        misses: Answers that the model had to give.
+        hits: Answers found in the cache.
+        misses: Answers computed by the model.
     """
 
     def __init__(self, model: OpenGenerator | OpenScorer, file: str | Path) -> None:
-        """Open or make the cache file.
+        """Open or create the cache file.
 
         Raises:
             InvalidInputError: It is something else, or cannot be opened.
@@ -53,7 +53,9 @@ class CachedModel:
             (tables,) = self._db.execute("SELECT count(*) FROM sqlite_master").fetchone()
             if found != _APPLICATION_ID and tables:
                 self._db.close()
-                raise InvalidInputError(f"{self.file} is not a cache of model calls. Name another.")
+                raise InvalidInputError(
+                    f"{self.file} is not a cache of model calls. Name another file."
+                )
             self._db.execute("PRAGMA journal_mode = WAL")
             self._db.execute(f"PRAGMA application_id = {_APPLICATION_ID}")
             self._db.execute(
@@ -68,7 +70,7 @@ class CachedModel:
 
     @property
     def fingerprint(self) -> str:
-        """The model's, which is asked for once."""
+        """The model's, computed once."""
         self._fingerprint = self._fingerprint or self.model.fingerprint
         return self._fingerprint
 
@@ -175,6 +177,6 @@ class CachedModel:
                 yield
         except (sqlite3.Error, OSError) as error:
             raise GoalscopeError(
-                f"The cache of model calls, {self.file}, cannot be used ({error}). "
-                "Free some space, delete the file, or go on without it."
+                f"Cannot use the cache of model calls {self.file} ({error}). Free some space, "
+                "delete the file, or continue without it."
             ) from error

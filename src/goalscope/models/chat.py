@@ -1,4 +1,4 @@
-"""Chats as tokens, by a model's own chat template, with no way for text to act as markup."""
+"""Chats as tokens, by the model's chat template; text can never act as markup."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ _SENTINEL_PATTERN = re.compile("\ue000([0-9]+)\ue001")
 
 
 class Encode(Protocol):
-    """A tokenizer without anything added at the ends."""
+    """A tokenizer that adds nothing at the ends."""
 
     def __call__(self, text: str, *, markup: bool) -> Sequence[int]:
         """Token ids of `text`; names of special tokens become those only with `markup`."""
@@ -28,7 +28,7 @@ class Encode(Protocol):
 
 
 class Decode(Protocol):
-    """The way back from token ids to text."""
+    """Converts token ids to text."""
 
     def __call__(self, tokens: Sequence[int], *, markup: bool) -> str:
         """The text that tokens stand for; special tokens stand for none without `markup`."""
@@ -36,7 +36,7 @@ class Decode(Protocol):
 
 
 class ChatTemplate:
-    """A model's Jinja chat template, rendered without ever showing it the messages' text.
+    """A model's Jinja chat template, rendered without access to the text of messages.
 
     The template sees a sentinel in place of each content, so the markup between contents depends on
     the roles alone; the caller turns markup and contents into tokens by different rules.
@@ -59,7 +59,7 @@ class ChatTemplate:
             self._template = environment.from_string(source)
         except TemplateError as error:
             raise ModelError(
-                f"The model's chat template cannot be read ({error}). Use another model."
+                f"Cannot read the model's chat template ({error}). Use another model."
             ) from None
         self._pieces = lru_cache(maxsize=256)(self._render)
 
@@ -140,11 +140,11 @@ class ChatTokenizer:
         names: Collection[str],
         controls: Collection[int],
     ) -> None:
-        """Put a model's tokenizer and its chat template together.
+        """Combine a model's tokenizer and its chat template.
 
         Args:
             encode: Its tokenizer.
-            decode: The way back.
+            decode: Converts token ids to text.
             template: Jinja source of its chat template.
             bos: Id and text of the token that begins a sequence.
             eos: Id and text of the token that ends a sequence.
@@ -156,7 +156,7 @@ class ChatTokenizer:
             ModelError: There is no template, or it cannot be read.
         """
         if not template:
-            raise ModelError("The model holds no chat template. Use an instruct (chat) model.")
+            raise ModelError("The model has no chat template. Use an instruct (chat) model.")
         self._decode, self.add_bos = decode, add_bos
         self._bos = [bos[0]] if add_bos else []
         self._template = ChatTemplate(template, bos[1], eos[1])
@@ -202,7 +202,7 @@ class ChatTokenizer:
             text.encode()
         except UnicodeEncodeError as error:
             raise InvalidInputError(
-                f"The text holds a broken character (a lone surrogate) at position {error.start}."
+                f"The text has an invalid character (a lone surrogate) at position {error.start}."
             ) from None
         cuts = [0, *(match.start() + 1 for match in self._marks.finditer(text)), len(text)]
         pieces = [text[a:b] for a, b in pairwise(cuts) if a < b]

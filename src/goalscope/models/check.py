@@ -25,10 +25,10 @@ _SCHEMA = {
 
 
 def check(model: OpenModel) -> tuple[dict[str, Any], list[str]]:
-    """Let a model write, keep to a JSON schema, and test its own log-probabilities.
+    """Test that a model writes, keeps to a JSON schema, and scores consistently.
 
     Returns:
-        What was found, by name, and what is wrong; nothing is wrong with a sound model.
+        The findings by name, and the problems; a sound model has none.
     """
     writer, scorer = parts(model)
     found: dict[str, Any] = {}
@@ -61,7 +61,7 @@ def _try_scoring(model: Any, found: dict[str, Any], problems: list[str]) -> None
 
 
 def _adapter(model: LocalModel) -> list[str] | str:
-    """The file of a model's adapter and what it says of itself, line by line."""
+    """The file of a model's adapter, and its metadata line by line."""
     if model.adapter is None:
         return NO_ADAPTER
     told = [

@@ -1,4 +1,4 @@
-"""Copies of a model's weights: in another type, or with an adapter in them."""
+"""Copies of a model's weights: converted to another type, or merged with an adapter."""
 
 from __future__ import annotations
 
@@ -47,7 +47,7 @@ class GGUF(gguf.GGUFReader):
 
 
 def merged(source: Path, adapter: Path, folder: Path) -> Path:
-    """A file with the adapter's changes in the weights, of 8 bits; made once, and kept.
+    """The model merged with an adapter, as a cached 8-bit file.
 
     Args:
         source: GGUF file of the model, with 16-bit weights.
@@ -63,7 +63,7 @@ def merged(source: Path, adapter: Path, folder: Path) -> Path:
     if target.is_file():
         return target
     if shutil.disk_usage(folder).free < 2 * source.stat().st_size:
-        raise OSError(f"{folder} has too little room for another copy of {source.name}.")
+        raise OSError(f"Not enough free space in {folder} for another copy of {source.name}.")
     with (
         FileLock(folder / ".merge-lock"),
         tempfile.TemporaryDirectory(dir=folder, prefix=".merge-") as work,
@@ -93,7 +93,7 @@ def requantize(source: Path, target: Path, weights: str) -> None:
         ModelError: The file cannot be converted.
     """
     if shutil.disk_usage(target.parent).free < 8 * source.stat().st_size:
-        raise OSError(f"{target.parent} has too little room to convert {source.name}.")
+        raise OSError(f"Not enough free space in {target.parent} to convert {source.name}.")
     try:
         _write(source, target, gguf.GGMLQuantizationType[weights])
     except (ValueError, KeyError, IndexError, NotImplementedError) as error:

@@ -1,4 +1,4 @@
-"""llama.cpp's C interface: where its library is found, and what goalscope calls of it."""
+"""llama.cpp's C interface: finding its library, and the functions that goalscope calls."""
 
 from __future__ import annotations
 
@@ -202,7 +202,7 @@ _FUNCTIONS: Mapping[str, tuple[Any, tuple[Any, ...]]] = {
 
 @dataclass(frozen=True, slots=True)
 class Package:
-    """A package that brings llama.cpp.
+    """A package that contains llama.cpp.
 
     Attributes:
         name: As pip knows it.
@@ -244,8 +244,8 @@ class Package:
             raise ModelError(f"{self.name} cannot be loaded ({error})") from None
         if not known:
             raise ModelError(
-                f"{self.name} {version} holds a llama.cpp that is not known here; "
-                f'`pip install "{self.name}=={self.tried}"` brings one that is'
+                f"{self.name} {version} has an unsupported version of llama.cpp; run `pip "
+                f'install "{self.name}=={self.tried}"`'
             )
         # The logger is a C function that does nothing: a Python one could swallow a Ctrl-C.
         lib.llama_log_set(ctypes.cast(lib.llama_supports_mmap, c_void_p), None)
@@ -288,9 +288,9 @@ class Engine:
 
 @lru_cache(maxsize=1)
 def engine() -> Engine:
-    """The engine of this process: the one compiled here where it is installed.
+    """The engine of this process: the one compiled on this machine, if installed.
 
-    `GOALSCOPE_ENGINE` "ready" takes the one that came ready-built all the same, "native" no other.
+    `GOALSCOPE_ENGINE` "ready" selects the prebuilt engine, "native" the compiled one.
 
     Raises:
         InvalidInputError: `GOALSCOPE_ENGINE` is something else.
@@ -301,7 +301,9 @@ def engine() -> Engine:
     choices = {"": (NATIVE, READY), "native": (NATIVE,), "ready": (READY,)}
     choice = os.environ.get("GOALSCOPE_ENGINE", "")
     if choice not in choices:
-        raise InvalidInputError(f"GOALSCOPE_ENGINE is native or ready, or not set; not {choice!r}.")
+        raise InvalidInputError(
+            f"GOALSCOPE_ENGINE must be native or ready, or unset, not {choice!r}."
+        )
     troubles: list[str] = []
     for package in choices[choice]:
         try:
@@ -311,14 +313,14 @@ def engine() -> Engine:
             if package.library:
                 log.warning("%s; `goalscope doctor` says which engine runs instead.", error)
     raise ModelError(
-        f"There is no language model engine: {'; '.join(troubles)}. Run `pip install goalscope` "
-        "again; `[native]` behind it compiles one. On Linux the ready-built one needs libgomp "
-        "(Debian's package libgomp1)."
+        f"No language model engine is available: {'; '.join(troubles)}. Run `pip install "
+        "goalscope` again, or `pip install goalscope[native]` to compile one. On Linux the "
+        "prebuilt engine needs libgomp (Debian's package libgomp1)."
     )
 
 
 def _declared(lib: Any) -> bool:
-    """Tell Python what the functions take and give; whether the library is one that is known."""
+    """Declare the functions' types; return whether the library is supported."""
     for name, (result, arguments) in _FUNCTIONS.items():
         function = getattr(lib, f"llama_{name}")
         function.restype, function.argtypes = result, arguments

@@ -84,8 +84,9 @@ def tokenizer_file(model: str | Path) -> Path:
     path = _file(model, "tokenizer.json")
     if path is None:
         raise ModelError(
-            f"{model} has no tokenizer.json. Make one with transformers: "
-            "`AutoTokenizer.from_pretrained(...).save_pretrained(FOLDER)`, or use another model."
+            f"{model} has no tokenizer.json. Create one with transformers: "
+            "`AutoTokenizer.from_pretrained(...).save_pretrained(FOLDER)`, or use another "
+            "model."
         )
     return path
 
@@ -96,7 +97,7 @@ def _file(model: str | Path, name: str) -> Path | None:
     if folder.is_dir():
         return folder / name if (folder / name).is_file() else None
     if isinstance(model, Path) or not _REPOSITORY.fullmatch(model):
-        raise ModelError(f"There is no model folder at {model}. Check the path.")
+        raise ModelError(f"There is no model folder {model}. Check the path.")
     errors = package("huggingface_hub.errors")
     try:
         return Path(_fetched(model, name))
@@ -104,20 +105,20 @@ def _file(model: str | Path, name: str) -> Path | None:
         if name != "tokenizer.json":  # the first to be asked for
             return None
         raise ModelError(
-            f"There is no folder {model}, and the Hugging Face hub cannot be reached. Check the "
-            "path, or connect once to download it."
+            f"There is no folder {model}, and the Hugging Face hub cannot be reached. Check "
+            "the path, or connect to the internet to download the model."
         ) from None
     except errors.EntryNotFoundError:
         return None
     except (errors.GatedRepoError, errors.RepositoryNotFoundError):
         raise ModelError(
-            f"There is no folder {model}, and no model of this name on the Hugging Face hub that "
-            "you may read. Check the name; for a gated model, run `hf auth login` first."
+            f"There is no folder {model}, and no accessible model of this name on the Hugging "
+            "Face hub. Check the name; for a gated model, run `hf auth login` first."
         ) from None
     except (OSError, ValueError, package("httpx2").HTTPError) as error:
         reason = str(error).partition("\n")[0]
         raise ModelError(
-            f"{name} of {model} could not be downloaded ({reason}). Try again, or give a folder."
+            f"Cannot download {name} of {model} ({reason}). Try again, or name a local folder."
         ) from None
 
 

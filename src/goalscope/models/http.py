@@ -44,19 +44,19 @@ _QUOTA = {
 }
 _LASTING = ("validation error", "is not supported", "Request too large")  # in HTTP 500 and 429
 _REMEDIES = {
-    401: "Set GOALSCOPE_API_KEY to a key of this server.",
-    403: "Set GOALSCOPE_API_KEY to a key that may use this model.",
+    401: "Set GOALSCOPE_API_KEY to a valid key for this server.",
+    403: "Set GOALSCOPE_API_KEY to a key with access to this model.",
     404: "Check the address (most end in /v1) and the name of the model.",
 }
 
 
 @dataclass(slots=True)
 class Usage:
-    """What a server was asked so far.
+    """The usage of a server so far.
 
     Attributes:
-        requests: All, with those that failed.
-        retries: Requests that were made again.
+        requests: All requests, including failed ones.
+        retries: Repeated requests.
         prompt_tokens: Read, as the server counts them.
         completion_tokens: Written.
     """
@@ -68,13 +68,13 @@ class Usage:
 
     def __str__(self) -> str:
         return (
-            f"{pluralize(self.requests, 'request')} ({self.retries} of them again), "
+            f"{pluralize(self.requests, 'request')} ({self.retries} of them retries), "
             f"{self.prompt_tokens:,} tokens read, {self.completion_tokens:,} written"
         )
 
 
 class Refusal(ModelError):
-    """The server answered, and refused the request: asking again would not help.
+    """The server refused the request; retrying would not help.
 
     Attributes:
         status: HTTP status.
@@ -86,7 +86,7 @@ class Refusal(ModelError):
 
 
 class _Trouble(ModelError):
-    """What may pass if one waits; `wait` is what the server asked for, in seconds."""
+    """A temporary failure; `wait` is the delay that the server asked for, in seconds."""
 
     def __init__(self, message: str, wait: float | None = None) -> None:
         super().__init__(message)
@@ -96,12 +96,13 @@ class _Trouble(ModelError):
 class Server:
     """One OpenAI-compatible server and one of its models.
 
-    Trouble that may pass (no connection, an answer that is cut or no JSON, 429, 5xx) is met with up
-    to four more attempts, after as long as the server says, or 0.5 to 8 s; a spent quota is not.
+    Temporary failures (no connection, truncated or invalid JSON, 429, 5xx) are retried up to four
+    times, after the delay that the server asks for, or 0.5 to 8 s. An exhausted quota is not
+    retried.
 
     Attributes:
         url: Where it is.
-        usage: What it was asked.
+        usage: The usage so far.
     """
 
     def __init__(
@@ -112,20 +113,20 @@ class Server:
         patience: float | None = None,
         transport: httpx2.BaseTransport | None = None,
     ) -> None:
-        """Prepare to ask; nothing is sent yet.
+        """Prepare a client; nothing is sent yet.
 
         The key is `GOALSCOPE_API_KEY`; for OpenAI's own address `OPENAI_API_KEY`, if there is one.
 
         Args:
-            address: Such as "http://localhost:8000/v1#model-name"; a server that has but one model
-                needs no name.
-            timeout: Most seconds of silence; as many as `patience` if None.
-            patience: Most seconds that a call may take, with all its attempts;
-                `GOALSCOPE_PATIENCE`, or 120, if None.
-            transport: What carries the requests, if not the network.
+            address: Such as "http://localhost:8000/v1#model-name"; the name can be left out for a
+                server with one model.
+            timeout: Maximum seconds of silence; `patience` if None.
+            patience: Maximum seconds of a call with all its attempts; `GOALSCOPE_PATIENCE`, or 120,
+                if None.
+            transport: HTTPX transport in place of the network.
 
         Raises:
-            InvalidInputError: The address is none.
+            InvalidInputError: The address is invalid.
             ModelError: A package that it needs is missing.
         """
         for needed in ("httpx2", "jsonschema", "tenacity"):
@@ -137,9 +138,9 @@ class Server:
             parts = urlsplit(base)
             wanted = parts.scheme in ("http", "https") and parts.hostname and parts.port != 0
             if not wanted or parts.query:
-                raise ValueError("it takes http or https, a host and a path")
+                raise ValueError("it needs http or https, a host and a path")
             if "@" in parts.netloc:
-                raise ValueError("a key belongs into GOALSCOPE_API_KEY, not into the address")
+                raise ValueError("a key belongs in GOALSCOPE_API_KEY, not in the address")
             self._client = httpx2.Client(base_url=base.rstrip("/") + "/", transport=transport)
         except (ValueError, httpx2.InvalidURL) as error:
             raise InvalidInputError(
@@ -157,10 +158,10 @@ class Server:
 
     @property
     def model(self) -> str:
-        """Name of the model: as given, or the only one that the server has.
+        """The given name of the model, or that of the server's only model.
 
         Raises:
-            ModelError: The server does not answer, or has several.
+            ModelError: The server does not answer, or has several models.
         """
         return self._model or str(self.facts["id"])
 
@@ -180,7 +181,7 @@ class Server:
             if not self._model and len(mine) != 1:
                 names = ", ".join(str(m["id"]) for m in mine[:20]) or "none"
                 raise ModelError(
-                    f"{self.url} has these models: {names}. Name one: {self.url}#MODEL."
+                    f"{self.url} has several models: {names}. Choose one with {self.url}#MODEL."
                 )
             self._facts = mine[0] if mine else {"id": self._model}
         return self._facts
@@ -261,9 +262,9 @@ class Server:
                     tried += 1
                     return self._once(method, path, body, deadline, on_text)
         except _Trouble as trouble:
-            wait = f" It asks to wait {trouble.wait:.0f} s." if trouble.wait else ""
+            wait = f" The server asks to wait {trouble.wait:.0f} s." if trouble.wait else ""
             times = "once" if tried == 1 else f"{tried} times"
-            raise ModelError(f"{trouble}{wait} Asked {times}; try again later.") from None
+            raise ModelError(f"{trouble}{wait} Tried {times}; try again later.") from None
         raise AssertionError("tenacity ends by a return or an error")
 
     def _once(
@@ -291,8 +292,8 @@ class Server:
             ) from None
         except httpx2.RequestError as error:
             raise _Trouble(
-                f"{self.url} broke off in mid-answer ({self._excerpt(str(error))}). "
-                "Does it still run?"
+                f"{self.url} closed the connection in the middle of an answer "
+                f"({self._excerpt(str(error))}). Is it still running?"
             ) from None
 
     def _in_time(
@@ -367,11 +368,9 @@ class Server:
                 status,
             )
         if status in _BUSY and not any(mark in said for mark in _LASTING):
-            raise _Trouble(
-                f"{self.url} is in trouble (HTTP {status}): {said}", seconds_asked(response)
-            )
+            raise _Trouble(f"{self.url} failed (HTTP {status}): {said}", seconds_asked(response))
         if status == 401:  # what is said of a wrong key may quote it
-            said = "it wants a valid key."
+            said = "it needs a valid key."
         if response.has_redirect_location:
             said = f"it points to {self._excerpt(response.headers['location'])} instead."
         other = "Shorten the text." if "context" in said else "Use another address or model."
@@ -401,7 +400,7 @@ def _key(*, official: bool) -> str:
     key = next(filter(None, (os.environ.get(name, "").strip() for name in names)), "")
     if not (key.isascii() and key.isprintable()):
         raise InvalidInputError(
-            "The key in GOALSCOPE_API_KEY is none: set it again, as plain ASCII."
+            "The key in GOALSCOPE_API_KEY is invalid. Set it again, in plain ASCII."
         )
     return key
 
@@ -413,7 +412,9 @@ def _patience() -> float:
             return float(said)
     except ValueError:
         pass
-    raise InvalidInputError(f"GOALSCOPE_PATIENCE must be seconds, such as 120, not {said!r}.")
+    raise InvalidInputError(
+        f"GOALSCOPE_PATIENCE must be a number of seconds, such as 120, not {said!r}."
+    )
 
 
 _UNREADABLE = AttributeError, LookupError, OverflowError, RecursionError, TypeError, ValueError
@@ -421,14 +422,13 @@ _UNREADABLE = AttributeError, LookupError, OverflowError, RecursionError, TypeEr
 
 @contextmanager
 def understood(url: str) -> Generator[None]:
-    """Turn the errors of reading an answer of unknown form into a `ModelError`."""
+    """Convert errors from parsing an answer of unknown form to a `ModelError`."""
     try:
         yield
     except _UNREADABLE as error:
         what = " ".join(f"{type(error).__name__}: {error}".split())[:200]
         raise ModelError(
-            f"{url} sent an answer in a form that is not known ({what}). "
-            "Is it an OpenAI-compatible server?"
+            f"{url} sent an answer of an unknown form ({what}). Is it an OpenAI-compatible server?"
         ) from None
 
 

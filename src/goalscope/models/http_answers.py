@@ -1,4 +1,4 @@
-"""What servers answer: chat completions that come piece by piece, and errors."""
+"""Parse servers' answers: streamed chat completions and errors."""
 
 from __future__ import annotations
 
@@ -62,7 +62,7 @@ def codes_of(answer: object) -> set[str]:
 
 
 class Streamed:
-    """Puts a streamed chat completion together.
+    """Assembles a streamed chat completion.
 
     Args:
         on_text: Called with the text so far, whenever it has grown.
@@ -77,10 +77,10 @@ class Streamed:
         self._others: dict[str, Any] = {}
 
     def take(self, data: bytes) -> None:
-        """Take in the next bytes.
+        """Process the next bytes.
 
         Raises:
-            AttributeError: They are no such events; or LookupError, RecursionError, TypeError,
+            AttributeError: The events are invalid; likewise LookupError, RecursionError, TypeError,
                 ValueError.
         """
         self._rest += data
@@ -98,7 +98,7 @@ class Streamed:
                 self._event(json.loads(said))
 
     def answer(self) -> bytes:
-        """JSON as it would have come in one piece; empty if it was broken off."""
+        """The JSON of the unstreamed answer; empty if the stream broke off."""
         with suppress(ValueError):  # of a last line that was broken off
             self.take(b"\n")
         if not (self._ended or self._finish or "error" in self._others):

@@ -1,4 +1,4 @@
-"""GGUF files from the Hugging Face hub, in the cache that all its tools share."""
+"""GGUF files from the Hugging Face hub, in its shared cache."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ __all__ = ["pull", "pulled_files"]
 
 
 def pull(repository: str, file: str | None = None) -> Path:
-    """Fetch a GGUF file, or find it where it was fetched before; a broken download goes on.
+    """Fetch a GGUF file, or find it in the cache; an interrupted download continues.
 
     Args:
         repository: Such as "owner/name".
@@ -32,8 +32,8 @@ def pull(repository: str, file: str | None = None) -> Path:
     )
 
     failed = (
-        f"{repository} could not be fetched ({{}}). Check the connection and the free space, and "
-        "run it again: it goes on where it stopped."
+        f"Cannot fetch {repository} ({{}}). Check the connection and the free space, and run "
+        "it again to continue."
     )
     try:
         if file is None:
@@ -41,7 +41,7 @@ def pull(repository: str, file: str | None = None) -> Path:
             found = [name for name in names if name.endswith(".gguf")]
             if len(found) != 1:
                 shown = ", ".join(found[:40]) or "none"
-                raise InvalidInputError(f"{repository} has these GGUF files: {shown}. Name one.")
+                raise InvalidInputError(f"{repository} has several GGUF files: {shown}. Name one.")
             file = found[0]
         return Path(hub.hf_hub_download(repository, file))
     except LocalEntryNotFoundError as error:
@@ -56,10 +56,10 @@ def pull(repository: str, file: str | None = None) -> Path:
         status = getattr(error.response, "status_code", None)
         if status in (401, 403, 404):
             raise InvalidInputError(
-                f"The hub has no {repository} for you (HTTP {status}). Check the name; a gated "
-                "model needs `hf auth login` first."
+                f"The hub gives no access to {repository} (HTTP {status}). Check the name; a "
+                "gated model needs `hf auth login` first."
             ) from None
-        raise ModelError(f"The hub is in trouble (HTTP {status}). Try again later.") from None
+        raise ModelError(f"The hub failed (HTTP {status}). Try again later.") from None
     except (HTTPError, OSError) as error:
         raise ModelError(failed.format(error)) from None
 

@@ -26,7 +26,7 @@ from goalscope.types import Message, ModelError
 __all__ = ["EMBEDDED", "LlamaCpp", "embedded_path", "processors"]
 
 EMBEDDED = "HuggingFaceTB/SmolLM2-135M-Instruct"
-"""What the hub calls the embedded model."""
+"""The embedded model's name on the hub."""
 
 _CACHES = 32  # trees kept at once: one for each goal, and some for other calls in between
 _ONE_TREE = 4096  # tokens; attention looks over the whole tree, so larger ones cost more than save
@@ -35,10 +35,10 @@ _CACHE_BYTES = 1 << 30  # of all caches, besides what a computation needs
 
 
 class LlamaCpp(LocalModel):
-    """A GGUF model that scores words and writes; see `LocalModel`.
+    """A GGUF model that writes and scores; see `LocalModel`.
 
     Attributes:
-        tuning: The file that was loaded, and how it is run.
+        tuning: The loaded file and its settings.
     """
 
     def __init__(
@@ -56,17 +56,15 @@ class LlamaCpp(LocalModel):
         Args:
             path: GGUF file; the embedded SmolLM2-135M-Instruct if None.
             adapter: GGUF file of a LoRA adapter for it, as `goalscope fit` makes them.
-            merge: Whether to run a copy of the weights with the adapter in them, of 8 bits, which
-                writes twice as fast; only of a file that was tuned for this machine.
-            context_size: Most tokens of one prompt with its answer; at most what the model was
-                trained on.
-            threads: Most processor threads; as many as the processors that this process may use if
-                None.
-            report: Called with what is tried and the share that is done, where the first use of a
-                file has to measure how it runs fastest.
+            merge: Whether to use an 8-bit copy of the weights merged with the adapter, which writes
+                twice as fast; only for files tuned for this machine.
+            context_size: Maximum number of tokens of a prompt with its answer, up to the model's
+                trained context.
+            threads: Maximum number of threads; that of the available processors if None.
+            report: Called with the step and the share done while the first use of a file tunes it.
 
         Raises:
-            ModelError: The file is missing or is no complete chat model, or the engine is missing.
+            ModelError: The file is missing or not a complete chat model, or the engine is missing.
         """
         super().__init__()
         source = Path(path) if path is not None else embedded_path()
@@ -79,8 +77,8 @@ class LlamaCpp(LocalModel):
         self.adapter_metadata = adapter_metadata(self.adapter) if self.adapter else {}
         if self._weights.is_recurrent:
             raise ModelError(
-                f"{source} has recurrent layers, whose state several goals cannot share here. "
-                "Run it by Transformers (hf:NAME), or behind a server."
+                f"{source} has recurrent layers, which are not supported by this engine. Run "
+                "it with Transformers (hf:NAME) or on a server."
             )
         self._caches = [KVCache(self._weights, self.tuning.running) for _ in range(_CACHES)]
         self._free = weakref.finalize(self, _free, self._weights, self._caches)
@@ -104,9 +102,9 @@ class LlamaCpp(LocalModel):
     def remedy(self) -> str:
         """See `LocalModel.remedy`."""
         if self.tuning.path != self.tuning.source:
-            return f"Delete the copies in {self.tuning.path.parent}: goalscope makes them again."
+            return f"Delete the copies in {self.tuning.path.parent}; goalscope recreates them."
         is_own = self.tuning.source == embedded_path()
-        return "Install goalscope again." if is_own else DOWNLOAD_AGAIN
+        return "Reinstall goalscope." if is_own else DOWNLOAD_AGAIN
 
     @property
     def context_size(self) -> int:
@@ -166,7 +164,7 @@ class LlamaCpp(LocalModel):
 
     @synchronized
     def clear_cache(self) -> None:
-        """Forget all cached prompts, so that the next calls answer as those of a new model do."""
+        """Clear the cached prompts, so that the next calls answer like a new model."""
         for cache in self._caches:
             cache.free()
 
@@ -327,7 +325,7 @@ def embedded_path() -> Path:
     path = Path(__file__).parent / "embedded" / "SmolLM2-135M-Instruct.Q4_1.gguf"
     if not path.is_file():
         raise ModelError(
-            "The embedded model is missing. Install goalscope again (`pip install .` in its source "
-            "folder), or give a GGUF file."
+            "The embedded model is missing. Reinstall goalscope (`pip install .` in its "
+            "source folder), or name a GGUF file."
         )
     return path

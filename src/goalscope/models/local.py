@@ -1,4 +1,4 @@
-"""What models in this process have in common: they write token by token from their own logits."""
+"""The base of models in this process: writing token by token from logits."""
 
 from __future__ import annotations
 
@@ -52,15 +52,15 @@ def synchronized(method: _Method) -> _Method:
 
 
 class LocalModel(TokenScorer):
-    """A model that gives the logits of the next token.
+    """A model that computes the logits of the next token.
 
-    Threads may share it: it does one thing at a time, each call as if there were no other. (Whoever
-    calls `read` and `push` themselves holds `busy` from the one to the last of the others.)
+    Threads can share it; calls run one at a time. (Callers of `read` and `push` hold `busy` from
+    the first call to the last.)
 
     Attributes:
         takes_grammar: Whether `generate` takes a `grammar`.
         adapter: The file of its LoRA adapter, if it has one.
-        adapter_metadata: The texts that stand in that file, by their key.
+        adapter_metadata: The text metadata of that file, by key.
         busy: Held during a call.
         closed: Whether `close` was called.
     """
@@ -78,7 +78,7 @@ class LocalModel(TokenScorer):
     self_test = synchronized(TokenScorer.self_test)
 
     def close(self) -> None:
-        """Give the memory back; whatever is asked of the model afterwards is a `ModelError`."""
+        """Free the memory; later calls raise a `ModelError`."""
         with self.busy:
             if not self.closed:
                 self.closed = True
@@ -86,12 +86,12 @@ class LocalModel(TokenScorer):
 
     @property
     def remedy(self) -> str:
-        """What to do where the weights are damaged."""
+        """The remedy for damaged weights."""
         return "Download them again, or choose another model."
 
     @abstractmethod
     def free(self) -> None:
-        """Give the memory back; see `close`."""
+        """Free the memory; see `close`."""
 
     @abstractmethod
     def read(self, prompt: Sequence[int], room: int) -> Logits:
@@ -138,12 +138,12 @@ class LocalModel(TokenScorer):
     ) -> Completion:
         """Write the assistant's next message; see `Generator.generate`.
 
-        At a temperature above 0, tokens less than 0.05 times as likely as the likeliest are left
-        out, since a small model's tail is noise.
+        At a temperature above 0, tokens less than 0.05 times as likely as the likeliest are
+        excluded, since a small model's tail is noise.
 
         Raises:
-            ModelError: The messages do not fit the context, or what must satisfy a schema or a
-                grammar was not finished within `max_tokens`.
+            ModelError: The messages do not fit the context, or a constrained reply was not finished
+                within `max_tokens`.
         """
         prompt = self.tokenizer.render(messages)
         self.check_length(len(prompt) + 1)

@@ -1,4 +1,4 @@
-"""The thin layer over llama.cpp's C interface: weights, tokens, and a KV cache of a token tree."""
+"""A thin layer over llama.cpp's C interface: weights, tokens, and a KV cache for token trees."""
 
 from __future__ import annotations
 
@@ -118,12 +118,13 @@ class Weights:
         self.adapter = self.lib.llama_adapter_lora_init(self.model, os.fsencode(path))
         if not self.adapter:
             raise ModelError(
-                f"{path} is not an adapter for {self.metadata('general.name') or self.path}. Take "
-                "the model that it was fitted on, or fit one on this model with `goalscope fit`."
+                f"{path} is not an adapter for {self.metadata('general.name') or self.path}. "
+                "Use the model that it was fitted on, or fit an adapter for this model with "
+                "`goalscope fit`."
             )
 
     def free(self) -> None:
-        """Give the memory back; nothing may be done with these weights afterwards."""
+        """Free the memory; these weights cannot be used afterwards."""
         self._free()
 
     @property
@@ -338,8 +339,8 @@ class KVCache:
         if not self._context:
             size = params.n_ctx * self._weights.kv_bytes / 1e9
             raise ModelError(
-                f"The model's working memory ({size:.1f} GB) could not be set up. "
-                "Close other programs, use a smaller model or a smaller context size."
+                f"Cannot allocate the model's working memory ({size:.1f} GB). Close other "
+                "programs, or use a smaller model or context size."
             )
         told = [
             getattr(self._lib, f"llama_{each}")(self._context)

@@ -1,4 +1,4 @@
-"""Open the model that a text names: a file, a folder, a hub's name, or a server's address."""
+"""Open a model by a file, a folder, a name on the hub, or a server's address."""
 
 from __future__ import annotations
 
@@ -20,24 +20,23 @@ __all__ = ["MODEL_KEYS", "TwoModels"]
 __all__ += ["forget", "model_label", "open_model", "open_reader", "parts"]
 
 MODEL_KEYS = ("model", "generator", "scorer", "tokenizer", "adapter")
-"""Arguments of `open_model` that say which model it is."""
+"""The arguments of `open_model` that identify the model."""
 
 _ADAPTER_FILE = r"[/\\]adapter\.gguf$"  # says less than the folder's name
 
 
 class TwoModels:
-    """One model that writes and another that scores, as one (the paper's GPT-4o-mini and Llama 3).
+    """A model that writes combined with one that scores (the paper's GPT-4o-mini and Llama 3).
 
     A text fits if it fits both.
 
     Attributes:
         generator: Writes.
         scorer: Scores.
-        speaker: Scores what people say: the scorer, perhaps with an adapter for that.
-        reader: Reads what people say: the generator, perhaps with an adapter for that.
-        taught: Whether the reader has one.
-        writer: Names goals, what they call for, and questions, by an adapter for that; None where
-            there is none.
+        speaker: Scores utterances: the scorer, optionally with an adapter.
+        reader: Reads utterances: the generator, optionally with an adapter.
+        taught: Whether the reader has an adapter.
+        writer: Proposes goals, needs and questions with an adapter; None without one.
     """
 
     def __init__(
@@ -153,10 +152,10 @@ def parts(model: OpenModel) -> tuple[OpenGenerator, OpenScorer]:
 
 
 def forget(model: object) -> None:
-    """Have all parts of a model forget what they read.
+    """Clear the caches of all parts of a model.
 
-    What a cache holds decides which tokens are computed side by side, and so how sums are rounded:
-    log-probabilities of 8-bit and 16-bit weights move by up to 0.1 nat with it.
+    The state of the cache decides which tokens are computed together, and so how sums are rounded:
+    with 8-bit and 16-bit weights, log-probabilities vary by up to 0.1 nat.
     """
     if isinstance(model, TwoModels):
         for part in model.parts:
@@ -168,7 +167,7 @@ def forget(model: object) -> None:
 
 
 def model_label(names: Mapping[str, Any]) -> str:
-    """What tables call the model of these `MODEL_KEYS`: of files and folders only the last part."""
+    """The label in tables for a model with these `MODEL_KEYS`; paths are cut to their last part."""
     writer, scorer = (names.get(key) or names.get("model") for key in ("generator", "scorer"))
     label = " + ".join(dict.fromkeys(_short(name) for name in (writer, scorer)))
     adapter = names.get("adapter")
@@ -200,17 +199,16 @@ def open_model(
         model: Writes and scores.
         generator: Writes, if not `model`.
         scorer: Scores, if not `model`.
-        tokenizer: GGUF file, folder or hub name of a served model's tokenizer; by default, where
-            the server says that its model is.
-        adapter: GGUF file of a LoRA adapter, or the folder that it is in, for the model that
-            scores, when that scores what people say and nothing else (`TwoModels.speaker`). "none"
-            for none; by default, the one that comes with goalscope if the embedded model scores.
-            (For reading, the embedded model always has the one that comes with it.)
-        calls: File that keeps all calls and answers, so that none is repeated; see `CachedModel`.
-        report: Called with what a first use tries, and the share done; see `LlamaCpp`.
+        tokenizer: GGUF file, folder or hub name of a served model's tokenizer; by default, that of
+            the model path that the server reports.
+        adapter: GGUF file or folder of a LoRA adapter for scoring utterances (`TwoModels.speaker`).
+            "none" for none; by default, the one that ships with goalscope if the embedded model
+            scores. (For reading, the embedded model always uses its own adapter.)
+        calls: Cache file for all calls and answers; see `CachedModel`.
+        report: Called with the progress of a first use; see `LlamaCpp`.
 
     Raises:
-        ModelError: A model or an adapter is missing or broken, or a package that it needs.
+        ModelError: A model, an adapter or a package is missing, or a file is damaged.
         InvalidInputError: A name is neither a text nor a path, or an adapter is named for a server.
     """
     given: dict[str, object] = dict(
@@ -279,12 +277,12 @@ def open_reader(
     adapter: str | Path | None = None,
     report: Callable[[str, float], object] | None = None,
 ) -> tuple[OpenGenerator, bool]:
-    """Open the model that reads, and say whether it was taught to (see `Reader`).
+    """Open the model that reads, and return whether it was fitted for it (see `Reader`).
 
     Args:
         model: As of `open_model`.
-        adapter: GGUF file or folder of an adapter that was fitted on reading; "none" for none; by
-            default, the one that comes with goalscope, for the embedded model.
+        adapter: GGUF file or folder of an adapter fitted for reading; "none" for none; by default,
+            the one that ships with goalscope, for the embedded model.
         report: See `open_model`.
 
     Raises:
@@ -301,8 +299,8 @@ def open_reader(
     if given and not taught:
         opened.close()
         raise InvalidInputError(
-            f"The adapter {adapter} was not fitted on reading. Name one that `goalscope "
-            "fit-writer` made, or none."
+            f"The adapter {adapter} was not fitted for reading. Name one made by `goalscope "
+            "fit-writer`, or none."
         )
     return opened, taught
 
@@ -328,8 +326,9 @@ def _adapter(adapter: str | Path | None, scores: str | Path | None) -> Path | No
     if _is_address(scores):
         address = str(scores).partition("#")[0]
         raise InvalidInputError(
-            f"The server at {address} applies adapters itself (vLLM: --lora-modules NAME=FOLDER). "
-            f"Leave out --adapter, and give the adapter's name as the model's: {address}#NAME."
+            f"The server at {address} applies adapters itself (vLLM: --lora-modules "
+            "NAME=FOLDER). Leave out --adapter, and use the adapter's name as the model's "
+            f"name: {address}#NAME."
         )
     return adapter_file(adapter)
 
@@ -349,8 +348,8 @@ def _local(
     if text and os.path.isdir(text):
         files = ", ".join(sorted(each.name for each in Path(text).glob("*.gguf")))
         raise ModelError(
-            f"The folder {text} holds no config.json, so it is not a Transformers model. Name a "
-            f"GGUF file instead; {f'in it are: {files}' if files else 'there is none in it'}."
+            f"The folder {text} has no config.json, so it is not a Transformers model. Name a "
+            f"GGUF file instead; {f'it contains {files}' if files else 'it contains none'}."
         )
     from goalscope.models.llamacpp import LlamaCpp
 
@@ -376,16 +375,18 @@ def _served_scorer(address: str, tokenizer: str | Path | None) -> OpenScorer:
         raise
     try:
         if not tokenizer and "/" not in home and not os.path.exists(home):
-            raise ModelError(f"{home} is not a name on the Hugging Face hub, such as owner/name.")
+            raise ModelError(
+                f"{home} is not a name on the Hugging Face hub of the form owner/name."
+            )
         return ServedScorer(server, _tokenizer(home))
     except ModelError as error:
         server.close()
         if tokenizer:
             raise
         raise ModelError(
-            f"To score, goalscope needs the tokenizer of the model at {server.url}, and has looked "
-            f"for it at {home!r} ({error}) Name it by --tokenizer, or open_model(tokenizer=...): a "
-            "folder, a hub's name or a GGUF file."
+            f"Scoring needs the tokenizer of the model at {server.url}, which was not found "
+            f"at {home!r} ({error}) Name it with --tokenizer, or open_model(tokenizer=...): a "
+            "folder, a name on the hub or a GGUF file."
         ) from None
 
 

@@ -53,7 +53,7 @@ class LlamaGrammar:
             raise ModelError("Rules of a grammar cannot hold a NUL character.")
         self._sampler = self._lib.llama_sampler_init_grammar(weights.vocab, rules.encode(), b"root")
         if not self._sampler:
-            raise ModelError("These rules cannot be turned into a grammar. Simplify them.")
+            raise ModelError("Cannot compile this grammar. Simplify it.")
         weakref.finalize(self, self._lib.llama_sampler_free, self._sampler)
         dtype = [("id", np.int32), ("logit", np.float32), ("p", np.float32)]
         self._candidates = np.zeros(weights.vocab_size, dtype)
@@ -99,7 +99,7 @@ class LLGuidanceGrammar:
         if self._matcher.is_error():
             reason = self._matcher.get_error().partition("\n")[0]
             kind = "These rules" if isinstance(rules, str) else "This JSON schema"
-            raise ModelError(f"{kind} cannot be turned into a grammar ({reason}). Simplify them.")
+            raise ModelError(f"{kind} cannot be compiled ({reason}). Simplify it.")
         self._allowed: npt.NDArray[np.uint8] | None = None
 
     def filter(self, logits: Logits, tokens: npt.NDArray[np.int32]) -> Logits:
@@ -166,7 +166,7 @@ def choose(
         near = np.arange(len(logits), dtype=np.int32)
         allowed = grammar.filter(logits, near)
         if np.isneginf(allowed.max()):  # llama.cpp would end the process at the next token
-            raise UnreadableAnswerError("The model has no token for what it would have to write.")
+            raise UnreadableAnswerError("The model has no token that fits the grammar.")
         token = _sample(allowed, temperature, random)
         lead = _lead(allowed, token)
     else:

@@ -1,4 +1,4 @@
-"""What all scoring models have in common: from chats to token ids, and a test of themselves."""
+"""The base of scoring models: chats to token ids, and a self-test."""
 
 from __future__ import annotations
 
@@ -16,13 +16,13 @@ from goalscope.types import Message, ModelError
 __all__ = ["LEAST", "Pair", "SelfTest", "TokenScorer", "are_logprobs", "logprobs_of"]
 
 TOLERANCE = 0.2
-"""Most nats by which two ways to the same number may differ; BF16 needs some."""
+"""Maximum difference in nats between two ways to compute a number; BF16 needs some."""
 
 LEAST = -1000.0
-"""Nats of a token that none has; servers write -9999 for what they do not tell."""
+"""Log-probability below which a number is a placeholder; servers write -9999 for unknown ones."""
 
 PREFERENCE = 0.5
-"""Least nats a token by which a true sentence is likelier than scrambled words; 10 is usual."""
+"""Minimum nats per token by which a true sentence beats scrambled words; 10 is usual."""
 
 _QUESTION = "What is the capital of France?"
 _LIKELY, _UNLIKELY = "The capital of France is Paris.", "Cheese seven the under is sings."
@@ -38,7 +38,7 @@ class Pair(NamedTuple):
 
 @dataclass(frozen=True, slots=True)
 class SelfTest:
-    """How far a model's answers agree with each other.
+    """The consistency of a model's answers.
 
     Attributes:
         generation_error: The likeliest next token: its log-probability as the model generates it,
@@ -53,12 +53,12 @@ class SelfTest:
 
     @property
     def passed(self) -> bool:
-        """Whether the answers can be log-probabilities of the prompt's tokens."""
+        """Whether the answers are plausible log-probabilities of the prompt's tokens."""
         return not self.complaint
 
     @property
     def complaint(self) -> str:
-        """What is wrong; empty if nothing is."""
+        """The problem; empty if there is none."""
         if not self.generation_error < TOLERANCE:
             return (
                 "The log-probability of a token as the model writes it and as it scores it differ "
@@ -151,7 +151,7 @@ class TokenScorer(ABC):
 
     @abstractmethod
     def clear_cache(self) -> None:
-        """Forget all cached prompts; results stay the same, the next calls take longer."""
+        """Clear the cached prompts; results stay the same, but the next calls take longer."""
 
     @property
     @abstractmethod
@@ -164,12 +164,12 @@ class TokenScorer(ABC):
 
     @abstractmethod
     def close(self) -> None:
-        """Give back what the model holds."""
+        """Free the model's resources."""
 
     @property
     def remedy(self) -> str:
-        """What to do where the model's answers cannot be log-probabilities."""
-        return "`goalscope models check` tells more."
+        """The remedy for answers that are not log-probabilities."""
+        return "Run `goalscope models check` for details."
 
     def count_tokens(self, messages: Sequence[Message]) -> int:
         """Number of tokens of the rendered chat, up to where the assistant's words begin."""
@@ -201,20 +201,20 @@ class TokenScorer(ABC):
         for row, pair in zip(rows, pairs, strict=True):
             if len(row) != len(pair.answer) or not are_logprobs(row):
                 raise ModelError(
-                    f"{self.describe()} gave log-probabilities that cannot be: {row[:8].tolist()} "
-                    f"for {len(pair.answer)} tokens. {self.remedy}"
+                    f"{self.describe()} returned invalid log-probabilities: "
+                    f"{row[:8].tolist()} for {len(pair.answer)} tokens. {self.remedy}"
                 )
         return rows
 
     def check_length(self, tokens: int) -> None:
-        """Refuse a text that the context cannot hold.
+        """Refuse a text that does not fit the context.
 
         Raises:
             ModelError: It is too long.
         """
         if tokens > self.context_size:
             raise ModelError(
-                f"The text takes {tokens} tokens, and the model's context holds "
+                f"The text has {tokens} tokens, but the model's context holds "
                 f"{self.context_size}. Shorten it, or raise the context size."
             )
 

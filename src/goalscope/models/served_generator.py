@@ -1,4 +1,4 @@
-"""A model behind an OpenAI-compatible server that writes."""
+"""A model that writes, on an OpenAI-compatible server."""
 
 from __future__ import annotations
 
@@ -21,8 +21,8 @@ _BYTES_A_TOKEN = 2.0  # a cautious guess, for models whose tokenizer is not at h
 class ServedGenerator:
     """A chat model behind `/chat/completions`.
 
-    The server turns the chat into tokens: whether text that looks like its markup acts as markup is
-    up to the server.
+    The server converts the chat to tokens, so it decides whether text that looks like markup acts
+    as markup.
 
     Attributes:
         takes_grammar: Whether `generate` takes a `grammar`.
@@ -82,14 +82,14 @@ class ServedGenerator:
     ) -> Completion:
         """Write the assistant's next message; see `Generator.generate`.
 
-        A seed is passed on, but few servers promise the same text for it.
+        The seed is sent, but few servers guarantee the same text for it.
 
         Raises:
-            ModelError: No usable answer came, or it does not satisfy the schema, or a grammar is
-                asked for: servers agree on none.
+            ModelError: There was no usable answer, it does not satisfy the schema, or a grammar was
+                given.
         """
         if grammar is not None:
-            raise ModelError(f"The server at {self.server.url} takes a schema, but no grammar.")
+            raise ModelError(f"The server at {self.server.url} accepts schemas but no grammars.")
         body: dict[str, Any] = {
             "model": self.server.model,
             "messages": [{"role": m.role, "content": m.content} for m in messages],

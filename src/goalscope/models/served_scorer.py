@@ -1,4 +1,4 @@
-"""A model behind a server that scores, and the ways to ask one for log-probabilities."""
+"""A model that scores on a server, and the protocols for log-probabilities."""
 
 from __future__ import annotations
 
@@ -167,9 +167,9 @@ PROTOCOLS = (NextTokens, PromptTokens, Forced)
 
 
 class ServedScorer(TokenScorer):
-    """A model behind a server that tells the log-probabilities of given tokens.
+    """A model on a server that returns the log-probabilities of given tokens.
 
-    At the first use each of `PROTOCOLS` is put to the self-test, and the first that passes is kept.
+    At the first use, `PROTOCOLS` are tried, and the first that passes the self-test is used.
 
     Attributes:
         server: Where it is.
@@ -250,10 +250,10 @@ class ServedScorer(TokenScorer):
                     complaint = complaint.removeprefix(f"{self.server.url} ")
                     complaints.append(f"{kind.name}: {shorten(complaint, 200, placeholder='...')}")
                 raise ModelError(
-                    f"{self.server.url} cannot tell how likely given words are. "
+                    f"{self.server.url} cannot score given words. "
                     + " ".join(complaints)
-                    + " Use vLLM or the server of llama.cpp; or score with a model in this "
-                    "process, and let the server only write (--generator)."
+                    + " Use vLLM or llama.cpp's server, or score with a local model and use "
+                    "the server only for writing (--generator)."
                 )
             return self._protocol
 

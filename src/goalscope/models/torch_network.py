@@ -84,9 +84,9 @@ class Network:
             if layer is None or size != shape or a.shape[0] != b.shape[1]:
                 own = "none" if size is None else f"one of {' x '.join(map(str, size))}"
                 raise ModelError(
-                    f"The adapter changes a {name} of {' x '.join(map(str, shape))} weights in "
-                    f"layer {number}, where the model has {own}. Take the model that it was fitted "
-                    "on, or fit one on this model with `goalscope fit`."
+                    f"The adapter changes a {name} of {' x '.join(map(str, shape))} weights "
+                    f"in layer {number}, where the model has {own}. Use the model that it was "
+                    "fitted on, or fit an adapter for this model with `goalscope fit`."
                 )
             layer.register_forward_hook(partial(_added, a, b * (adapter.alpha / adapter.rank)))
 
@@ -277,8 +277,8 @@ def _load(source: str | Path, device: Any, dtype: Any) -> Any:
     except Exception as error:  # each file format raises others
         reason = str(error).strip().partition("\n")[0]
         raise ModelError(
-            f"{source} cannot be loaded on {device} ({reason}). Check that it is a complete causal "
-            "language model, and that the memory is large enough."
+            f"Cannot load {source} on {device} ({reason}). Check that it is a complete causal "
+            "language model and that there is enough memory."
         ) from None
 
 

@@ -1,4 +1,4 @@
-"""Any Hugging Face model, by PyTorch, on a processor or a GPU."""
+"""Any Hugging Face model with PyTorch, on a CPU or GPU."""
 
 from __future__ import annotations
 
@@ -45,7 +45,7 @@ _MISMATCH_ROUNDED = 0.1
 
 
 class Transformers(LocalModel):
-    """A Hugging Face causal language model that scores words and writes.
+    """A Hugging Face causal language model that writes and scores.
 
     All texts of a call form a tree of tokens. Each node is computed once, many side by side in a
     row, by an attention mask that lets it see its own ancestors alone; what was computed is kept
@@ -74,13 +74,13 @@ class Transformers(LocalModel):
             adapter: GGUF file of a LoRA adapter for it, as `goalscope fit` makes them.
             context_size: Most tokens of one prompt with its answer; at most what the model was
                 trained on.
-            device: Where it runs, such as "cpu" or "cuda:1"; on a GPU if there is one if None.
-            dtype: Type of the weights; "float32" on a processor and "bfloat16" on a GPU if None.
-            cache_bytes: Most memory for keys and values; 1.6 GB on a processor and half of the
-                free memory on a GPU if None.
+            device: Such as "cpu" or "cuda:1"; if None, a GPU if there is one.
+            dtype: Type of the weights; if None, "float32" on a CPU and "bfloat16" on a GPU.
+            cache_bytes: Maximum memory for keys and values; if None, 1.6 GB on a CPU and half of
+                the free memory on a GPU.
 
         Raises:
-            ModelError: The model is missing or broken or no chat model, the adapter is none for
+            ModelError: The model is missing, damaged or not a chat model, the adapter does not fit
                 it, or PyTorch is missing.
         """
         super().__init__()
@@ -161,7 +161,7 @@ class Transformers(LocalModel):
 
     @synchronized
     def clear_cache(self) -> None:
-        """Forget all cached prompts; results stay the same, the next calls take longer."""
+        """Clear the cached prompts; results stay the same, but the next calls take longer."""
         self._store.clear()
         self._past = None
 
@@ -249,8 +249,8 @@ class Transformers(LocalModel):
 
     def _too_large(self) -> ModelError:
         return ModelError(
-            f"The memory of {self.network.device} is too small to run {self.name}. Close other "
-            "programs, or take a smaller model, dtype or context size."
+            f"{self.network.device} has too little memory to run {self.name}. Close other "
+            "programs, or use a smaller model, dtype or context size."
         )
 
     def _plant(self, pairs: Sequence[Pair]) -> tuple[Trie, list[list[tuple[int, int]]]]:

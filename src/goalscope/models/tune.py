@@ -1,4 +1,4 @@
-"""How a model file runs fastest on this machine: found by measuring, once, and kept."""
+"""Tuning: measure once how a model file runs fastest on this machine, and cache the result."""
 
 from __future__ import annotations
 
@@ -42,7 +42,7 @@ __all__ = [
 ]
 
 Report = Callable[[str, float], object]
-"""Called with what is measured now, and the share of the work that is done, from 0 to 1."""
+"""Called with the current step and the share of the work done, from 0 to 1."""
 
 log = logging.getLogger(__name__)
 
@@ -100,11 +100,11 @@ class Tuning:
 
 
 def tuned(source: Path, threads: int, report: Report | None = None) -> Tuning:
-    """The tuning of a file: as kept, or found now if the file is below 0.5 GB, or the default.
+    """The cached tuning of a file, a new one for files below 0.5 GB, or the default.
 
     `GOALSCOPE_TUNE=0` turns all of it off.
 
-    A file that cannot be tuned, or that another process tunes just now, is run as it is.
+    A file that cannot be tuned, or that another process is tuning, is used as it is.
     """
     plain = Tuning(source, source, threads, Running(threads))
     off = os.environ.get("GOALSCOPE_TUNE") == "0"
@@ -122,7 +122,7 @@ def tuned(source: Path, threads: int, report: Report | None = None) -> Tuning:
 
 
 def tune(source: Path, threads: int, report: Report | None = None) -> Tuning:
-    """Measure how `source` runs fastest, and keep the answer in the user's cache folder.
+    """Measure how `source` runs fastest, and save the result in the user's cache folder.
 
     The weights are tried as they are and as BF16, F16 and Q8_0; a type that is farther from exact
     arithmetic (F32) than the file itself is left out. Then half of the threads are tried, and kept
@@ -139,7 +139,7 @@ def tune(source: Path, threads: int, report: Report | None = None) -> Tuning:
     """
     folder = _folder()
     if len(split_files(source)) > 1:
-        raise ModelError(f"{source} is in several parts, and only whole files are tuned.")
+        raise ModelError(f"{source} has several parts, and only single files can be tuned.")
     Weights(source).free()  # what is no model is refused before a minute of work is announced
     source = source.resolve()
     folder.mkdir(parents=True, exist_ok=True)
@@ -151,15 +151,16 @@ def tune(source: Path, threads: int, report: Report | None = None) -> Tuning:
             shutil.rmtree(left, ignore_errors=True)
         if report is None:
             log.warning(
-                "Measuring once how %s runs fastest on this machine, which takes up to a minute. "
-                "GOALSCOPE_TUNE=0 prevents it.",
+                "Measuring how %s runs fastest on this machine, once; this takes up to a "
+                "minute. GOALSCOPE_TUNE=0 turns it off.",
                 source.name,
             )
             report = _ignored
         files, trials = _try_types(source, Path(work), Running(threads), report)
         if not math.isfinite(trials[0].error):
             raise ModelError(
-                f"{source} is damaged: its weights give no log-probabilities. {DOWNLOAD_AGAIN}"
+                f"{source} is damaged: its weights do not produce log-probabilities. "
+                f"{DOWNLOAD_AGAIN}"
             )
         bound = trials[0].error + _LOSS
         best = max((t for t in trials if t.error <= bound), key=lambda trial: trial.speed)

@@ -1,4 +1,4 @@
-"""Results as Markdown pages with figures, and tables as CSV."""
+"""Reports: results as Markdown pages with figures, and tables as CSV."""
 
 from __future__ import annotations
 
@@ -16,21 +16,21 @@ from goalscope.types import InvalidInputError
 __all__ = ["Report", "Section", "read_report", "write_report"]
 
 INTRODUCTION = (
-    "What agents that infer people's goals believed, did and achieved. Made by `goalscope report`: "
-    "every figure is computed from cells that were each measured once. Brackets hold 95 % "
-    "intervals. Each part has a page with all of its tables, the "
-    "command that makes them again, and hashes of the code, the prompts and the model weights."
+    "Beliefs, actions and outcomes of agents that infer people's goals. `goalscope report` "
+    "computes every figure from cells that were each measured once. Brackets show 95 % "
+    "intervals. Each part has a page with all its tables, the command to reproduce them, and "
+    "hashes of the code, the prompts and the model weights."
 )
 
 
 @dataclass(frozen=True, slots=True)
 class Report:
-    """What is reported of files of results.
+    """The report on one or more files of results.
 
     Attributes:
-        sections: One for each file.
-        summary: The rows of their tables that tell most; the first column names the section.
-        skipped: Why other files of the folder are not among them.
+        sections: One per file.
+        summary: The most informative rows of their tables; the first column names the section.
+        skipped: Why other files of the folder are left out.
     """
 
     sections: Sequence[Section]
@@ -39,14 +39,14 @@ class Report:
 
 
 def read_report(source: Path, *, draw: bool = True) -> Report:
-    """What is to be reported of a file of results or of episodes, or of all in a folder.
+    """Read a report from a file of results or of episodes, or from all files in a folder.
 
     Args:
-        source: The file or folder; another process may write to it.
-        draw: Whether figures are made.
+        source: The file or folder; another process may be writing to it.
+        draw: Whether to draw figures.
 
     Raises:
-        InvalidInputError: There is no such file, or no results are in it.
+        InvalidInputError: There is no such file, or it has no results.
         GoalscopeError: The file cannot be read, or packages are missing.
     """
     sections, skipped = sections_of(source, draw=draw)
@@ -54,19 +54,19 @@ def read_report(source: Path, *, draw: bool = True) -> Report:
 
 
 def write_report(report: Report, file: Path) -> None:
-    """Write the summary, and in a folder of its name a page a part, `figures/` and `tables/`.
+    """Write the summary, and a folder of the same name with a page per part, figures and tables.
 
     The same results give the same bytes.
 
     Args:
-        report: What is reported.
-        file: Of the summary; it ends in `.md`.
+        report: The report.
+        file: File of the summary; it must end in `.md`.
 
     Raises:
         InvalidInputError: The file cannot be written.
     """
     if file.suffix != ".md":
-        raise InvalidInputError(f"The report is Markdown: {file} must end in .md.")
+        raise InvalidInputError(f"The report is Markdown, so {file} must end in .md.")
     folder, taken = file.with_suffix(""), set[str]()
     for table in report.summary:
         _write(folder / "tables" / f"{table.name}.csv", table.to_csv())
@@ -107,5 +107,5 @@ def _write(file: Path, content: str) -> None:
         file.write_bytes(content.encode("utf-8", "replace"))
     except OSError as error:
         raise InvalidInputError(
-            f"{file} cannot be written: {error.strerror or error}. Name another place."
+            f"Cannot write {file}: {error.strerror or error}. Name another place."
         ) from None

@@ -1,4 +1,4 @@
-"""Matplotlib, as the report uses it: one style, text as it is, and the same bytes every time."""
+"""Draw with Matplotlib: one style, literal text, and the same bytes every time."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from goalscope.types import GoalscopeError
 __all__ = ["COLOURS", "GREY", "INK", "draw", "shortened"]
 
 COLOURS = ("#0072B2", "#E69F00", "#009E73", "#D55E00", "#CC79A7", "#56B4E9", "#F0E442")
-"""Those of Okabe and Ito, which people who see few colours tell apart, and so does print."""
+"""The palette of Okabe and Ito, safe for colour-blind readers and for print."""
 GREY, INK = "#999999", "#222222"
 
 _STYLE = {
@@ -45,11 +45,11 @@ _STYLE = {
 
 
 def draw(name: str, title: str, size: tuple[float, float], paint: Callable[[Any], None]) -> str:
-    """Draw a picture as SVG, of the same bytes whenever the same is drawn.
+    """Draw a picture as SVG; the same picture always gives the same bytes.
 
     Args:
-        name: Of which its ids are made.
-        title: What it shows, for those who do not see it.
+        name: Seed of the ids in the SVG.
+        title: Its description for screen readers.
         size: Width and height in inches.
         paint: Paints on a Matplotlib figure.
 
@@ -75,7 +75,7 @@ def draw(name: str, title: str, size: tuple[float, float], paint: Callable[[Any]
 
 
 def shortened(text: str, most: int) -> str:
-    """`text` in one line of at most so many characters, without what must not be drawn."""
+    """`text` on one line, cut to a length, without characters that must not be drawn."""
     shown = re.sub(
         "[\ufffe\uffff\ufdd0-\ufdef]", "\N{REPLACEMENT CHARACTER}", terminal_safe(text).plain
     )

@@ -1,4 +1,4 @@
-"""The figures of a report, each from what was measured, with what one must know to read it."""
+"""The figures of a report, each with a caption on how to read it."""
 
 from __future__ import annotations
 
@@ -33,19 +33,19 @@ from goalscope.stats import Reliability, proportion
 __all__ = ["Figure", "accuracy_figure", "figures_of"]
 
 LEAST = 10
-"""Dialogues that must have a turn that is drawn, unless there are fewer in all."""
+"""Minimum number of dialogues for a turn to be drawn, unless there are fewer in all."""
 MARKERS = "osD^vPX"
 PAPER = {"Llama 3 8B Instruct": (0.944, 0.932), "Llama 3 70B Instruct": (0.883, 0.864)}
-"""Accuracy without and with Unspecified, as the paper has it (Sec. 5)."""
+"""Accuracy without and with Unspecified in the paper (Sec. 5)."""
 
 
 @dataclass(frozen=True, slots=True)
 class Figure:
-    """A picture, and what is said below it.
+    """A picture with its caption.
 
     Attributes:
-        name: For its file.
-        caption: How to read it, with the number of cases.
+        name: Name of its file.
+        caption: How to read it, and the number of cases.
         svg: The picture.
     """
 
@@ -55,7 +55,7 @@ class Figure:
 
 
 def figures_of(cells: Sequence[Cell]) -> Iterator[Figure]:
-    """The figures of some cells, those that have results."""
+    """The figures of the cells with results."""
     done = [cell for cell in cells if cell.result is not None]
     measured = [(cell.spec, cell.result or {}) for cell in done]
     for table in question_tables(measured):
@@ -74,7 +74,7 @@ def _made(figure: Figure | None) -> list[Figure]:
 
 
 def _methods(episodes: Sample) -> Figure:
-    """The methods side by side: by the state in the end, and by each evaluator (Sec. 5)."""
+    """The methods side by side: by the final state, and by each evaluator (Sec. 5)."""
     rows = method_rows(episodes)
     panels = [("state-based score", "score", "SD", "runs")]
     for by in headings_of_judges(episodes):
@@ -117,7 +117,7 @@ def _methods(episodes: Sample) -> Figure:
 
 
 def _calibration(dialogues: Sample) -> Figure | None:
-    """Reliability of each belief after the last turn; None where there is no such belief."""
+    """Reliability of each belief after the last turn; None if there are no beliefs."""
     names = (GOALSCOPE, AS_IN_PAPER, OUTRIGHT)
     found = {
         name: reliability_of(records)
@@ -158,7 +158,7 @@ def _reliability(axis: Any, predictor: str, made: Reliability) -> None:
 
 
 def accuracy_figure(dialogues: Sample, turns: int = 10) -> Figure | None:
-    """Accuracy of each predictor by turn; None where nothing was predicted."""
+    """Accuracy of each predictor by turn; None if there are no predictions."""
     least = min(LEAST, len(after_turn(dialogues, UNIFORM, None)))
     shown = [
         turn
@@ -221,7 +221,7 @@ def accuracy_figure(dialogues: Sample, turns: int = 10) -> Figure | None:
 
 
 def _change(changes: Sample) -> Figure:
-    """Probability of the first and of the second goal by round, under each belief."""
+    """Probability of the first and second goal by round, under each belief."""
     means_of: dict[str, Any] = {
         way: np.mean([each["probabilities"] for each in changes.where(belief=way)], axis=0)
         for way in dict.fromkeys(each["belief"] for each in changes.records)
@@ -248,7 +248,7 @@ def _change(changes: Sample) -> Figure:
 
 
 def _mcq(rows: Sequence[Row]) -> Figure | None:
-    """Accuracy on multiple-choice questions beside that of the paper; None without any."""
+    """Accuracy on multiple-choice questions next to the paper's; None without results."""
     bars: dict[str, dict[str, Estimate]] = {}
     counts: dict[str, Any] = {}
     for row in rows:

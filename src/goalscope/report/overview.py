@@ -1,4 +1,4 @@
-"""The summary on top of a report: of the tables of its parts the rows that tell most."""
+"""The summary of a report: the most informative rows of its parts' tables."""
 
 from __future__ import annotations
 
@@ -72,10 +72,10 @@ _KINDS: tuple[_Kind, ...] = (
 
 
 def summary_of(sections: Sequence[Section]) -> list[Table]:
-    """A table for each kind of result that there is, and one of all parts.
+    """A table for each kind of result, and one of all parts.
 
-    The first column has the name of the part that a row is from. Where cells of a part are
-    missing, the last says how many there are.
+    The first column names the part of a row. If cells of a part are missing, the last column shows
+    how many there are.
     """
     tables = [_table(sections, *kind) for kind in _KINDS]
     codes = {code for section in sections for code in section.codes}

@@ -1,4 +1,4 @@
-"""What a report says of each file of results: how it was made, its tables, its figures."""
+"""The part of a report on one file of results: provenance, tables and figures."""
 
 from __future__ import annotations
 
@@ -22,24 +22,24 @@ from goalscope.types import GoalscopeError, InvalidInputError, pluralize
 __all__ = ["Section", "sections_of", "unique"]
 
 SHOWN = 5
-"""Different errors that are shown."""
+"""Maximum number of different errors to list."""
 
 
 @dataclass(frozen=True, slots=True)
 class Section:
-    """What a report says of one file.
+    """The part of a report on one file.
 
     Attributes:
-        name: For files and references.
-        title: Of the experiment.
-        commands: What made it; none where that is not known.
-        facts: What it was made with, a line each.
-        warnings: What one must know before one trusts a figure, a sentence each.
-        tables: How many cells there are; then what came of them.
-        figures: In the order in which they are shown.
-        codes: Hashes of the code that its cells were measured with.
-        done: Cells that have results.
-        planned: All cells.
+        name: Name for files and references.
+        title: Title of the experiment.
+        commands: The commands that made it; empty if unknown.
+        facts: What it was made with, one line each.
+        warnings: Warnings about its figures, one sentence each.
+        tables: The number of cells, then their results.
+        figures: In the order of the page.
+        codes: Hashes of the code that measured its cells.
+        done: Number of cells with results.
+        planned: Number of all cells.
     """
 
     name: str
@@ -55,24 +55,25 @@ class Section:
 
 
 def sections_of(source: Path, *, draw: bool = True) -> tuple[list[Section], list[str]]:
-    """Read a file of results or of episodes, or all of a folder.
+    """Read a file of results or of episodes, or all files in a folder.
 
-    Files are copied into memory as they are at one moment, so that another process may write
-    meanwhile.
+    Files are read from a snapshot in memory, so another process may write meanwhile.
 
     Args:
         source: The file or folder.
-        draw: Whether figures are made.
+        draw: Whether to draw figures.
 
     Returns:
-        The sections, and why files of a folder are not among them.
+        The sections, and why other files of the folder are left out.
 
     Raises:
-        InvalidInputError: There is no such file, or no results are in it.
+        InvalidInputError: There is no such file, or it has no results.
         GoalscopeError: The file cannot be read.
     """
     if not source.exists():
-        raise InvalidInputError(f"There is no {source}. Name a folder of results, or a file of it.")
+        raise InvalidInputError(
+            f"There is no {source}. Name a folder of results, or one of its files."
+        )
     alone = not source.is_dir()
     files = [source] if alone else sorted(source.glob("*.db"))
     sections: list[Section] = []
@@ -90,13 +91,14 @@ def sections_of(source: Path, *, draw: bool = True) -> tuple[list[Section], list
                 raise
             skipped.append(str(error))
         except (AttributeError, LookupError, TypeError, ValueError) as error:
-            skipped.append(f"{file} holds cells of a form that is unknown here: {error!r}.")
+            skipped.append(f"{file} has cells of an unknown form: {error!r}.")
         else:
             sections += [section] if section else []
     if not sections:
         why = f" {skipped[0]}" if skipped else ""
         raise InvalidInputError(
-            f"{source} holds no results.{why} Make some with `goalscope experiment run` or `bench`."
+            f"{source} has no results.{why} Make some with `goalscope experiment run` or "
+            "`goalscope bench`."
         )
     beliefs = belief_table((cell.spec, cell.result) for cell in dialogues if cell.result)
     if beliefs.rows:
@@ -143,7 +145,7 @@ def _of_cells(
 
 
 def _episodes(results: Results) -> Table:
-    """Episodes that belong to no experiment."""
+    """Episodes outside of experiments."""
     rows: list[Row] = [
         {
             "episode": info.id,
@@ -162,7 +164,7 @@ def _episodes(results: Results) -> Table:
 
 
 def _progress(cells: Sequence[Cell]) -> Table:
-    """How many cells of each kind there are, and what became of them."""
+    """The number of cells of each kind, and their outcomes."""
     rows: list[Row] = []
     for kind in dict.fromkeys(str(cell.spec["kind"]) for cell in cells):
         own = [cell for cell in cells if cell.spec["kind"] == kind]
@@ -176,7 +178,7 @@ def _progress(cells: Sequence[Cell]) -> Table:
 
 
 def _facts(done: Sequence[Cell]) -> Iterator[str]:
-    """Models, seeds, layouts and the like; and the hashes of what they were measured with."""
+    """Models, seeds, layouts and other settings, and the hashes of what they were measured with."""
     models = dict.fromkeys(model_label(cell.spec["model"]) for cell in done)
     if models:
         yield f"models: {'; '.join(models)}"
@@ -206,7 +208,7 @@ def _text(value: object) -> str:
 
 
 def unique(name: str, taken: set[str]) -> str:
-    """`name`, with a number if another has it."""
+    """`name`, with a number if it is taken."""
     n, found = 1, name
     while found.lower() in taken:  # some disks do not tell capitals apart
         n, found = n + 1, f"{name}-{n + 1}"

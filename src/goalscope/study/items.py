@@ -1,4 +1,4 @@
-"""What raters are shown of an episode; nothing in it tells the method."""
+"""What raters see of an episode; nothing in it reveals the method."""
 
 from __future__ import annotations
 
@@ -20,25 +20,26 @@ from goalscope.types import GoalscopeError, InvalidInputError, Profile, Turn
 
 __all__ = ["Item", "chosen_episodes", "item_of"]
 
-NOTHING = "The assistant has done nothing."
-DID, LEFT = "It did this, in this order:", "This is how things are in the end:"
+NOTHING = "The assistant did nothing."
+DID, LEFT = "It did this, in this order:", "The situation at the end:"
 _STATES = (
     ("openable", "isOpen"), ("toggleable", "isToggled"), ("dirtyable", "isDirty"),
     ("pickupable", "isPickedUp"), ("isSliced", "isSliced"), ("isCooked", "isCooked"),
     ("isBroken", "isBroken"), ("isUsedUp", "isUsedUp"), ("isFilledWithLiquid",) * 2,
 )  # fmt: skip
-"""Properties of a thing that has a state, each with the property that holds the state."""
+"""Properties that mark things with a state, each with the property that holds the state."""
 
 
 @dataclass(frozen=True, slots=True)
 class Item:
-    """What is rated, as the paper shows it (Sec. 5.1).
+    """What is rated, presented as in the paper (Sec. 5.1).
 
     Attributes:
         task: The assistant and its task.
         possible: What it can do.
-        profile: The person, in words; empty for a real one.
-        outcome: The basket in the end, or every action that stands and how it left the room.
+        profile: Description of the person; empty for a real one.
+        outcome: The final basket, or all actions that were not undone and the resulting state of
+            the room.
         transcript: The conversation, if the study shows it.
     """
 
@@ -50,7 +51,7 @@ class Item:
 
 
 def chosen_episodes(store: Store, plan: Plan) -> list[EpisodeInfo]:
-    """The episodes of the store that are rated, in the order in which they began.
+    """The episodes of the store to rate, in order of their start.
 
     A person is included only if each method has an episode with them, so that methods are compared
     rather than people, and a real person only if the conversation is shown.
@@ -71,9 +72,9 @@ def chosen_episodes(store: Store, plan: Plan) -> list[EpisodeInfo]:
     people = set[str | None]().union(*served).intersection(*served)
     if not people:
         raise InvalidInputError(
-            "No person has an episode that has ended with each of the study's methods "
-            f"({', '.join(methods) or 'any'}). `goalscope episodes` lists all, and `goalscope run` "
-            "makes some; transcript = true takes in those of real people."
+            "No person has a finished episode with each of the study's methods "
+            f"({', '.join(methods) or 'any'}). `goalscope episodes` lists the episodes, and "
+            "`goalscope run` makes new ones; transcript = true includes those of real people."
         )
     return [info for info in found if info.profile in people]
 
@@ -98,10 +99,10 @@ def item_of(store: Store, info: EpisodeInfo, plan: Plan) -> Item:
 
 
 def _house(settings: Settings, person: Profile | None, rounds: Sequence[Round]) -> str:
-    """What the robot did, and the state of what it touched or the person speaks of.
+    """The robot's actions, and the state of what it touched or the person mentioned.
 
-    The state is that of the embedded house after the same actions. Where these cannot be repeated,
-    and in AI2-THOR, it is the status of the last round, which names only changes.
+    The state comes from replaying the actions in the embedded house. If that fails, and for
+    AI2-THOR, it is the status of the last round, which only lists changes.
     """
     results = [result for round in rounds for result in round.results if result.ok]
     done = "\n".join(f"- {result.action}" for result in results if not result.terminated)
@@ -119,7 +120,7 @@ def _house(settings: Settings, person: Profile | None, rounds: Sequence[Round]) 
 def _states(
     settings: Settings, profile: Profile | None, rounds: Sequence[Round], words: str
 ) -> Iterator[str]:
-    """The state of each thing that was moved or changed, or that the words name; one a line."""
+    """The state of each thing that was moved, changed or mentioned, one per line."""
     results = [each for round in rounds for each in round.results if each.ok]
     env = open_environment(settings, profile)
     try:

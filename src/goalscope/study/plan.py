@@ -1,4 +1,4 @@
-"""Studies as TOML files; an invalid file is refused with the place and the remedy."""
+"""Studies as TOML files; errors name the place and the remedy."""
 
 from __future__ import annotations
 
@@ -24,19 +24,19 @@ class Plan:
     """A study.
 
     Attributes:
-        name: Part of its address: small letters, digits and hyphens.
-        consent: What people agree to; an empty line begins a paragraph, as in `instructions`.
+        name: Part of its address: lowercase letters, digits and hyphens.
+        consent: What people consent to; an empty line starts a paragraph, as in `instructions`.
         instructions: What participants should do.
         title: Shown to participants.
-        question: Asked of each item.
-        scale: Words for the ratings 0 to 3.
+        question: Question asked about each item.
+        scale: Labels of the ratings 0 to 3.
         thanks: Shown at the end.
-        domain: Of the episodes to rate: "grocery", "house" or "" for both.
-        methods: Of the episodes to rate, see `Agent`; empty for all.
+        domain: Domain of the episodes to rate: "grocery", "house" or "" for both.
+        methods: Methods of the episodes to rate, see `Agent`; empty for all.
         transcript: Whether the conversation is shown, which the paper leaves out.
-        ratings_per_item: How many are wanted, of people who finish.
-        items_per_participant: How many items each participant rates.
-        min_explanation: Least characters of an explanation, not counting spaces.
+        ratings_per_item: Number of ratings wanted, from people who finish.
+        items_per_participant: Number of items that each participant rates.
+        min_explanation: Minimum length of an explanation in characters, not counting spaces.
         seed: Of the choice and order of items.
     """
 
@@ -70,14 +70,14 @@ def read_plan(file: Path) -> Plan:
     """Read a study from a TOML file.
 
     Raises:
-        InvalidInputError: The file cannot be read, or has an unknown key or value; names the place
-            and the nearest known one.
+        InvalidInputError: The file cannot be read, or has an unknown key or value; the message
+            names the place and the nearest known one.
     """
     return plan_of(read_table(file, f"The study {file} is"), file.name)
 
 
 def plan_of(table: Mapping[str, Any], label: str) -> Plan:
-    """The study in a table of TOML or JSON; `label` names the table in messages.
+    """Read a study from a table of TOML or JSON; `label` names the table in messages.
 
     Raises:
         InvalidInputError: The table is invalid.
@@ -91,15 +91,15 @@ def plan_of(table: Mapping[str, Any], label: str) -> Plan:
     plan = Plan(**read)
     if not re.fullmatch("[a-z0-9][a-z0-9-]{0,59}", plan.name):
         raise InvalidInputError(
-            f"{label}: 'name' stands in the study's address: up to 60 small letters, digits and "
-            f"hyphens, not {shown(plan.name)}."
+            f"{label}: 'name' is part of the study's address. Use up to 60 lowercase letters, "
+            f"digits and hyphens, not {shown(plan.name)}."
         )
     for key in ("consent", "instructions", "title", "question"):
         if not getattr(plan, key).strip():
             raise InvalidInputError(f"{label}: {key!r} must not be empty.")
     if len(plan.scale) != BEST + 1:
         raise InvalidInputError(
-            f"{label}: 'scale' must hold {BEST + 1} texts, the words of 0 to {BEST}."
+            f"{label}: 'scale' must have {BEST + 1} texts, the labels of 0 to {BEST}."
         )
     return plan
 

@@ -23,7 +23,7 @@ from goalscope.types import ConflictError, InvalidInputError, Turn
 __all__ = ["Answer", "Participant", "Study", "StudyStore", "assigned"]
 
 HOLD = timedelta(hours=1)
-"""How long the items of a participant who has not finished stay reserved."""
+"""How long items stay reserved for a participant who has not finished."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -31,10 +31,10 @@ class Study:
     """A study in the store.
 
     Attributes:
-        number: In the store.
+        number: Number in the store.
         created: In UTC, ISO 8601.
         plan: Its definition.
-        closed: When it stopped to take new participants; None while it takes them.
+        closed: When it was closed to new participants; None while it is open.
     """
 
     number: int
@@ -45,16 +45,16 @@ class Study:
 
 @dataclass(frozen=True, slots=True)
 class Answer:
-    """An item that a participant was given, and their rating of it.
+    """An item assigned to a participant, and their rating of it.
 
     Attributes:
         item: Its number in the store.
-        place: In the participant's order, from 1.
-        rating: 0 to 3; None while there is none.
+        place: Position in the participant's order, from 1.
+        rating: 0 to 3; None before there is one.
         explanation: Why.
-        revision: Grows with each change of the answer; 0 while there is no rating.
+        revision: Counts changes of the answer; 0 before there is a rating.
         opened: When it was first shown, in UTC, ISO 8601.
-        answered: When the first rating came.
+        answered: When the first rating was saved.
         episode: The item's episode.
     """
 
@@ -69,7 +69,7 @@ class Answer:
 
     @property
     def seconds(self) -> float | None:
-        """From the first view to the first rating."""
+        """Seconds from the first view to the first rating."""
         if self.opened is None or self.answered is None:
             return None
         between = datetime.fromisoformat(self.answered) - datetime.fromisoformat(self.opened)
@@ -78,10 +78,10 @@ class Answer:
 
 @dataclass(frozen=True, slots=True)
 class Participant:
-    """Somebody who has agreed to take part.
+    """A person who has agreed to take part.
 
     Attributes:
-        number: In the store, counted over all studies.
+        number: Number in the store, counted over all studies.
         external: The id in their link.
         joined: When they agreed, in UTC, ISO 8601.
         answers: In the order of their items.
@@ -105,7 +105,7 @@ class StudyStore:
         self._store = store
 
     def add(self, plan: Plan) -> Study:
-        """Create a study of the episodes as they are now.
+        """Create a study of the current episodes.
 
         Raises:
             InvalidInputError: Its name is taken, or there are no episodes to rate.
@@ -120,7 +120,7 @@ class StudyStore:
                 study = connection.execute(STUDIES.insert().returning(STUDIES), values).one()
             except IntegrityError as error:
                 raise InvalidInputError(
-                    f'There is a study "{plan.name}" already. Choose another name.'
+                    f'There is already a study "{plan.name}". Choose another name.'
                 ) from error
             connection.execute(ITEMS.insert().values(study=study.number), items)
             return _read_study(study)
@@ -133,7 +133,7 @@ class StudyStore:
             ]
 
     def named(self, name: str) -> Study:
-        """The study of this name.
+        """The study with this name.
 
         Raises:
             InvalidInputError: There is none.
@@ -143,11 +143,11 @@ class StudyStore:
             if row is not None:
                 return _read_study(row)
             known = connection.scalars(select(STUDIES.c.name)).all()
-        hint = nearest(name, known) if known else "`goalscope study new` makes one in this store."
+        hint = nearest(name, known) if known else "`goalscope study new` creates one in this store."
         raise InvalidInputError(f'There is no study "{name}"; {hint}')
 
     def close(self, study: Study) -> None:
-        """Take no new participants; those who have begun may finish."""
+        """Close the study to new participants; those who have begun may finish."""
         with self._store.writing() as connection:
             here = STUDIES.c.number == study.number
             connection.execute(
@@ -165,12 +165,12 @@ class StudyStore:
             connection.execute(STUDIES.delete().where(STUDIES.c.number == study.number))
 
     def over(self, study: Study) -> str:
-        """Why nobody new can take part, in a sentence; empty where they can."""
+        """Why the study takes no new participants, in a sentence; empty if it does."""
         with self._store.reading() as connection:
             return "" if _order(connection, study) else _over(study)
 
     def items(self, study: Study) -> dict[int, str]:
-        """The episodes by their items' numbers."""
+        """The episodes by item number."""
         query = select(ITEMS).where(ITEMS.c.study == study.number)
         with self._store.reading() as connection:
             return {row.number: row.episode for row in connection.execute(query)}
@@ -215,10 +215,10 @@ class StudyStore:
             return _read(connection, [row])[0]
 
     def forget(self, study: Study, number: int) -> None:
-        """Delete a participant and all their answers, as they may demand.
+        """Delete a participant and all their answers.
 
         Raises:
-            InvalidInputError: There is none of this number.
+            InvalidInputError: There is no participant with this number.
         """
         row = PARTICIPANTS.c
         here = (row.study == study.number, row.number == number)
@@ -229,10 +229,10 @@ class StudyStore:
             connection.execute(PARTICIPANTS.delete().where(*here))
 
     def open(self, participant: Participant, place: int) -> tuple[Item, Answer]:
-        """An item and the answer to it so far; records when it is first shown.
+        """An item and its answer so far; records when it is first shown.
 
         Raises:
-            InvalidInputError: They have no such item.
+            InvalidInputError: The participant has no such item.
         """
         with self._store.reading() as connection:
             row = _answer(connection, participant, place)
@@ -245,18 +245,18 @@ class StudyStore:
     def answer(
         self, participant: Participant, place: int, rating: int, explanation: str, revision: int
     ) -> Answer:
-        """Keep an answer; the same again changes nothing, and an older one never replaces a newer.
+        """Save an answer; repeats change nothing, and an older one never replaces a newer one.
 
         Args:
-            participant: Who gives it.
-            place: Of the item.
+            participant: The participant who gives it.
+            place: Place of the item.
             rating: 0 to 3.
             explanation: Why.
-            revision: One more than that of the answer that it is to replace.
+            revision: One more than that of the answer that it replaces.
 
         Raises:
-            ConflictError: There is another answer of this revision, or a newer one.
-            InvalidInputError: They have no such item, or the rating is none.
+            ConflictError: There is another answer with this revision, or a newer one.
+            InvalidInputError: The participant has no such item, or the rating is invalid.
         """
         if not 0 <= rating <= BEST:
             raise InvalidInputError(f"A rating is a number from 0 to {BEST}.")
@@ -273,15 +273,15 @@ class StudyStore:
 
 
 def assigned(ratings: Mapping[int, int], *, wanted: int, share: int, rng: Random) -> list[int]:
-    """A new participant's items in order; none where every item has its ratings.
+    """A new participant's items in order; empty if every item has its ratings.
 
-    Those with the fewest ratings come in, ties at random; the order is random.
+    Those with the fewest ratings are chosen, ties at random; the order is random.
 
     Args:
-        ratings: How many each item has, or is about to have.
-        wanted: Ratings of an item.
-        share: Items of a participant.
-        rng: Draws.
+        ratings: Ratings that each item has or is about to have.
+        wanted: Ratings wanted per item.
+        share: Items per participant.
+        rng: Random number generator.
     """
     if min(ratings.values()) >= wanted:
         return []
@@ -295,7 +295,7 @@ def _locked(study: Study) -> Select[Any]:
 
 
 def _order(connection: Connection, study: Study) -> list[int]:
-    """The items of the next participant; none where nobody new can take part."""
+    """The items of the next participant; empty if the study takes no new participants."""
     if study.closed:
         return []
     plan, others = study.plan, _participants(connection, study)
@@ -316,7 +316,7 @@ def _order(connection: Connection, study: Study) -> list[int]:
 
 def _over(study: Study) -> str:
     why = "is closed" if study.closed else "has all the ratings that it needs"
-    return f"This study {why}, so nobody new can take part. Thank you for your interest."
+    return f"This study {why}, so it takes no new participants. Thank you for your interest."
 
 
 def _participant(
@@ -328,11 +328,9 @@ def _participant(
     found = connection.execute(query).all()
     for each in found:
         if each.visitor != visitor:
-            raise ConflictError(
-                "This study was begun with your id in another browser. Please continue there."
-            )
+            raise ConflictError("You started this study in another browser. Please continue there.")
         if each.external != external:
-            raise ConflictError("Somebody has taken part in this study with this browser already.")
+            raise ConflictError("Somebody has already taken part in this study with this browser.")
     return _read(connection, found)[0] if found else None
 
 
@@ -357,7 +355,7 @@ def _read(connection: Connection, rows: Sequence[Row[Any]]) -> list[Participant]
 
 
 def _answers() -> Select[Any]:
-    """Answers, each beside its item."""
+    """Answers, each with its item."""
     return select(ANSWERS, ITEMS.c.view, ITEMS.c.episode).join_from(ANSWERS, ITEMS)
 
 

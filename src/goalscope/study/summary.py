@@ -48,8 +48,8 @@ class Rated:
 
     Attributes:
         info: The episode.
-        ratings: By the numbers of the participants, of those who have finished.
-        readings: By the evaluator's label.
+        ratings: Ratings by the number of the participant, of those who finished.
+        readings: Trials by the label of the evaluator.
     """
 
     info: EpisodeInfo
@@ -58,12 +58,12 @@ class Rated:
 
     @property
     def trials(self) -> list[float]:
-        """The ratings as shares of the best."""
+        """The ratings as shares of the best one."""
         return [rating / BEST for rating in self.ratings.values()]
 
 
 def study_tables(store: Store, study: Study) -> list[Table]:
-    """How far a study is, and the scores by method and by episode."""
+    """The progress of a study, and the scores by method and by episode."""
     studies = StudyStore(store)
     people = studies.participants(study)
     rated = {id: Rated(store.episode(id)) for id in studies.items(study).values()}
@@ -157,12 +157,12 @@ def _notes(judges: Sequence[str]) -> tuple[str, ...]:
 
 
 def _headed(judges: Sequence[str]) -> dict[str, str]:
-    """What is added to the headings of each evaluator's columns."""
+    """The suffix of each evaluator's column headings."""
     return {judge: f" by {judge}" if len(judges) > 1 else "" for judge in judges}
 
 
 def _judged(store: Store, rated: Mapping[str, Rated]) -> tuple[str, ...]:
-    """Give each episode the readings of it that the store holds; the evaluators' labels."""
+    """Add the evaluators' trials in the store to each episode, and return their labels."""
     with store.reading() as connection:
         rows = connection.execute(select(CELLS).where(CELLS.c.result.is_not(None)))
         cells: list[tuple[str, Measured]] = [
@@ -200,13 +200,13 @@ def _over_people(
 
 
 def _human(group: Sequence[Rated]) -> Estimate | None:
-    """The human score, with the interval in which other raters' might lie."""
+    """The human score, with an interval for other raters."""
     found = _over_people(group, lambda each: mean(each.trials))
     return found and Estimate(found.value, _interval(group), "percent")
 
 
 def _interval(group: Sequence[Rated], *, seed: int = 0) -> Interval | None:
-    """Percentile bootstrap of the mean over profiles, which resamples whole participants."""
+    """Percentile bootstrap of the mean over profiles, resampling whole participants."""
     rated = [each for each in group if each.ratings]
     people = sorted({person for each in rated for person in each.ratings})
     given = np.array([[each.ratings.get(person, np.nan) for each in rated] for person in people])
@@ -224,7 +224,7 @@ def _interval(group: Sequence[Rated], *, seed: int = 0) -> Interval | None:
 
 
 def _means(values: Array, axis: int) -> Array:
-    """Of those values that are known; NaN where none is."""
+    """The mean of the known values; NaN if there are none."""
     known = ~np.isnan(values)
     count = known.sum(axis)
     total: Array = np.where(known, values, 0.0).sum(axis)
@@ -236,13 +236,13 @@ def _sd(runs: Sequence[Sequence[float]]) -> Entry:
 
 
 def krippendorff_alpha(units: Sequence[Sequence[int]]) -> float | None:
-    """Krippendorff's alpha of ordinal ratings: 1 where all agree, 0 where chance would do as well.
+    """Krippendorff's alpha of ordinal ratings: 1 if all agree, 0 at chance level.
 
     Args:
-        units: The ratings of each item, whoever gave them; items with fewer than two are left out.
+        units: The ratings of each item; items with fewer than two are ignored.
 
     Returns:
-        Alpha; None where no item has two ratings, or all ratings are equal.
+        Alpha; None if no item has two ratings, or all ratings are equal.
     """
     rated = [unit for unit in units if len(unit) > 1]
     values = np.unique([value for unit in rated for value in unit])
@@ -259,12 +259,12 @@ def krippendorff_alpha(units: Sequence[Sequence[int]]) -> float | None:
 
 
 def as_csv(store: Store, study: Study, *, ids: bool = True) -> str:
-    """Every answer as a line of CSV, also of people who have not finished.
+    """Every answer as a line of CSV, including those of people who have not finished.
 
     Args:
-        store: Holds the study.
-        study: Which one.
-        ids: Whether the ids in people's links are included.
+        store: Store with the study.
+        study: The study.
+        ids: Whether to include the ids from participants' links.
     """
     studies = StudyStore(store)
     infos = {id: store.episode(id) for id in studies.items(study).values()}

@@ -1,1 +1,1 @@
-"""The page for chatting, watching the belief move, and correcting it; and its HTTP interface."""
+"""The web page for chatting, watching the belief and correcting it, and its HTTP interface."""

@@ -48,12 +48,12 @@ ERRORS = (400, 401, 403, 404, 405, 409, 413, 422, 503)
 METHODS: dict[Method, str] = {
     "good": "infers goals, and plans for the likeliest",
     "no-inference": "asks the model which goal is likeliest",
-    "no-goals": "plans on what you say alone",
+    "no-goals": "plans from your words alone",
 }
 
 
 class NewEpisode(RequestBody):
-    """The episode to begin."""
+    """The episode to start."""
 
     domain: Domain = "grocery"
     method: Method = "good"
@@ -61,7 +61,7 @@ class NewEpisode(RequestBody):
 
 
 class NewUtterance(RequestBody):
-    """What a person says in a round; `confirmed` names the state that they confirm."""
+    """A person's words in a round; `confirmed` is the fingerprint of a confirmed state."""
 
     text: str
     round: int
@@ -75,7 +75,7 @@ class EpisodeId(BaseModel):
 
 
 class DomainView(BaseModel):
-    """A domain that the agent acts in."""
+    """A domain that the agent can act in."""
 
     name: Domain
     title: str
@@ -85,14 +85,14 @@ class DomainView(BaseModel):
 
 
 class MethodView(BaseModel):
-    """How the agent decides what to act on."""
+    """A method of the agent."""
 
     name: Method
     about: str
 
 
 class Options(BaseModel):
-    """What one can choose from; `host` for the visitor who sees everybody's episodes."""
+    """The available options; `host` is true for the visitor who sees everybody's episodes."""
 
     version: str
     model: str
@@ -109,7 +109,7 @@ class EpisodeList(BaseModel):
 
 
 class EpisodeState(StoredEpisode):
-    """An episode with its rounds, and its live state if the visitor can go on with it."""
+    """An episode with its rounds, and its live state if the visitor can continue it."""
 
     live: Live | None
 
@@ -121,16 +121,16 @@ class Health(BaseModel):
 
 
 class WordEvidence(BaseModel):
-    """Each word of an utterance with its evidence in nats."""
+    """The evidence of each word of an utterance, in nats."""
 
     words: list[tuple[str, float]]
 
 
 def create_app(store: Store, model: Model, defaults: Settings | None = None) -> FastAPI:
-    """The application, still unguarded: put a `Guard` before it.
+    """The application, without access control: wrap it in a `Guard`.
 
     Args:
-        store: Keeps the episodes.
+        store: Store of the episodes.
         model: Shared by all visitors.
         defaults: Settings of new episodes, besides domain, method and scene.
     """
@@ -159,7 +159,7 @@ def create_app(store: Store, model: Model, defaults: Settings | None = None) -> 
         if not visitor.owns(info.owner):
             raise HTTPException(403, "This is somebody else's episode; only they can continue it.")
         if info.ended:
-            raise HTTPException(409, "This episode has ended. Begin another one.")
+            raise HTTPException(409, "This episode has ended. Start a new one.")
         return conversations.resume(info, again=again)
 
     def can_go_on(info: EpisodeInfo, visitor: Visitor) -> bool:
@@ -184,12 +184,15 @@ def create_app(store: Store, model: Model, defaults: Settings | None = None) -> 
 
     @app.get("/api/health")
     async def health(visitor: CurrentVisitor) -> Health:
-        """Whether the model works: 503 where it fails, or does not answer within 8 seconds."""
+        """Whether the model works: 503 if it fails or does not answer within 8 seconds."""
         start = time.monotonic()
         try:
             await asyncio.wait_for(wrap_future(conversations.queue.submit(score_a_word)), WAIT)
         except TimeoutError:
-            detail = f"The model has not answered for {WAIT:.0f} s: it works for others, or hangs."
+            detail = (
+                f"The model has not answered for {WAIT:.0f} s. It is busy with other requests, or "
+                "hangs."
+            )
             raise HTTPException(503, detail) from None
         return Health(seconds=time.monotonic() - start)
 

@@ -1,4 +1,4 @@
-"""Running episodes: their state as the page shows it, and what a person may do in them."""
+"""Running episodes: the state that the page shows, and the actions of a person."""
 
 from __future__ import annotations
 
@@ -37,13 +37,13 @@ MAX_LENGTH = 2000
 """Characters of an utterance or a goal."""
 
 MAX_OPEN = 100
-"""Conversations kept open while nobody looks at them; the others are only in the store."""
+"""Maximum number of idle conversations kept open; the others are only in the store."""
 
 OPEN_SECONDS = 60.0
-"""How long a conversation stays open at least after a request."""
+"""Minimum time that a conversation stays open after a request."""
 
 DRAFT_SECONDS = 0.1
-"""Least time between two drafts that are sent."""
+"""Minimum time between two drafts."""
 
 Event = tuple[Literal["live", "round", "ended"], BaseModel]
 
@@ -55,11 +55,11 @@ class Conversation:
     happens.
 
     Args:
-        store: Keeps the rounds.
+        store: Store of the rounds.
         queue: Runs what needs the model.
         model: The session's.
         settings: The session's.
-        owner: Whose episode it is.
+        owner: Owner of the episode.
         resumed: The stored episode to resume; its session is opened in the queue.
 
     Raises:
@@ -116,7 +116,7 @@ class Conversation:
 
     @property
     def is_idle(self) -> bool:
-        """Whether nothing is running, nobody listens, and no request came lately."""
+        """Whether nothing is running, nobody is listening, and there was no recent request."""
         with self._lock:
             at_rest = self._state.phase == "idle" and not self._listeners
             return at_rest and time.monotonic() - self.used > OPEN_SECONDS
@@ -142,13 +142,13 @@ class Conversation:
         return self._state.model_copy(update=changes)
 
     def _view(self, belief: Belief | None) -> BeliefView | None:
-        """Cached, as it is sent again and again while people wait."""
+        """Cached, because it is sent repeatedly while people wait."""
         if belief is not self._viewed[0]:
             self._viewed = belief, belief and BeliefView.of(belief)
         return self._viewed[1]
 
     def catch_up(self, info: EpisodeInfo, *, again: bool = False) -> None:
-        """Reopen the episode if it went on elsewhere, such as in another server.
+        """Reopen the episode if it was continued elsewhere, such as on another server.
 
         Args:
             info: What the store knows of it.
@@ -164,22 +164,24 @@ class Conversation:
         self._submit(lambda: self._reopen(info))
 
     def say(self, text: str, round: int, confirmed: str = "") -> Live:
-        """Give the agent what the person says.
+        """Send the person's words to the agent.
 
         Args:
             text: Their words.
-            round: The round that they answer in.
+            round: The round that they answer.
             confirmed: See `Agent.step`.
 
         Raises:
-            ConflictError: The agent is at work, or this round has its answer already.
+            ConflictError: The agent is working, or this round is already answered.
             InvalidInputError: The text is empty, broken or too long.
         """
         text = checked_text(text, "message", MAX_LENGTH)
         with self._lock:
             query = self._state.query
             if round != len(self._session.rounds) + 1 or query is None:
-                raise ConflictError("That was answered already, perhaps in another window.")
+                raise ConflictError(
+                    "This round has already been answered, perhaps in another window."
+                )
             self._claim("reading", text)
         self._submit(lambda: self._step(query, text, confirmed))
         return self.live()
@@ -257,14 +259,16 @@ class Conversation:
         return self._submit(work)
 
     def _claim(self, step: str, utterance: str | None = None) -> None:
-        """Let nothing else begin in this conversation until this step is done."""
+        """Block other steps of this conversation until this one is done."""
         with self._lock:
             if self._state.phase != "idle":
-                raise ConflictError("The agent is still at work. Wait for it, and try again.")
+                raise ConflictError(
+                    "The agent is still working. Wait for it to finish, then try again."
+                )
             self._update(phase="waiting", step=step, utterance=utterance, error=None)
 
     def _submit(self, work: Callable[[], T]) -> Future[T]:
-        """Run the claimed step in the queue; then, also if cancelled, it is the person's turn."""
+        """Run the claimed step in the queue; then, even if cancelled, it is the person's turn."""
         future = self._queue.submit(work, self._on_move)
         future.add_done_callback(lambda _: self._update(phase="idle", place=0, step="", draft=""))
         return future
@@ -283,7 +287,7 @@ class Conversation:
             return
         except Exception:
             log.exception("a round failed")
-            message = "Something went wrong here, and nothing was done. Try again."
+            message = "Something went wrong, and nothing was changed. Try again."
             self._update(error=message, utterance=kept)
             return
         self._publish("round", lambda: RoundView.of(round))
@@ -302,7 +306,7 @@ class Conversation:
             return
         except Exception:
             log.exception("an episode could not be opened")
-            self._update(error="This episode cannot be opened. Begin another one.")
+            self._update(error="This episode cannot be opened. Start a new one.")
             return
         self._ask()
 
@@ -353,7 +357,7 @@ class Conversations:
         """Start an episode.
 
         Raises:
-            GoalscopeError: It cannot be started so.
+            GoalscopeError: It cannot be started with these settings.
         """
         return self._enter(owner, settings, None)
 
@@ -365,7 +369,7 @@ class Conversations:
             again: Whether to try again if it could not be opened.
 
         Raises:
-            GoalscopeError: It cannot go on.
+            GoalscopeError: It cannot be continued.
         """
         with self._lock:
             if found := self._open.get(info.id):

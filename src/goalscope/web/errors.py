@@ -1,4 +1,4 @@
-"""Error answers: each is a sentence that says what is wrong and what to do."""
+"""Error responses: sentences that say what is wrong and what to do."""
 
 from __future__ import annotations
 
@@ -17,13 +17,13 @@ __all__ = ["ErrorBody", "RequestBody", "error_response"]
 EXPLANATIONS = {
     400: "The body cannot be read. Send a JSON object in UTF-8.",
     404: "There is nothing at this address. /api/openapi.json lists all addresses.",
-    405: "This address does not take that method. /api/openapi.json lists the methods it takes.",
+    405: "This address does not support this method. /api/openapi.json lists the supported ones.",
 }
-"""Replace what the libraries below say in a word or two."""
+"""Replacements for the terse messages of the libraries below."""
 
 
 class RequestBody(BaseModel):
-    """Base of request bodies. An unknown field is an error: a typo must not mean the default."""
+    """Base of request bodies. Unknown fields are errors: a typo must not mean the default."""
 
     model_config = ConfigDict(extra="forbid")
 
@@ -35,7 +35,7 @@ class ErrorBody(BaseModel):
 
 
 async def error_response(request: Request, error: Exception) -> JSONResponse:
-    """The answer to a request that failed with this error."""
+    """The response to a request that failed with this error."""
     if isinstance(error, HTTPException):
         detail = error.detail
         if not detail.endswith("."):
@@ -49,7 +49,7 @@ async def error_response(request: Request, error: Exception) -> JSONResponse:
 
 
 def _explain(request: Request, faults: Any) -> str:
-    """What is wrong with a request, and what it takes instead; unknown fields come first."""
+    """The problem with a request, and what is expected; unknown fields come first."""
     fault = next((each for each in faults if each["type"] == "extra_forbidden"), faults[0])
     place, *path = fault["loc"]
     name, kind = ".".join(map(str, path)), fault["type"]

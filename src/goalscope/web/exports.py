@@ -1,4 +1,4 @@
-"""Saved pages of episodes, with the ribbons of the belief, and pictures of the room."""
+"""Saved pages of episodes with ribbons of the belief, and pictures of the room."""
 
 from __future__ import annotations
 
@@ -49,7 +49,7 @@ class Ribbon:
 
 
 def ribbons(beliefs: Sequence[BeliefView]) -> list[Ribbon]:
-    """A ribbon for each goal that ever was, from the top; "Unspecified" comes last."""
+    """A ribbon for each goal of the episode, from the top; "Unspecified" is last."""
     values: dict[str, list[float]] = {}
     without: set[str] = set()
     for place, belief in enumerate(beliefs):
@@ -80,7 +80,7 @@ def _outline(tops: Sequence[float], bottoms: Sequence[float]) -> str:
 
 
 def as_html(info: EpisodeInfo, rounds: Sequence[Round]) -> str:
-    """An episode as one HTML page to read and print, without scripts."""
+    """An episode as an HTML page without scripts, to read and print."""
     stored = StoredEpisode.of(info, rounds, mine=True)
     believed = [round for round in stored.rounds if round.belief]
     drawn = ribbons([round.belief for round in believed if round.belief])
@@ -148,7 +148,7 @@ def _facts(info: EpisodeInfo) -> list[str]:
 
 
 def _room(info: EpisodeInfo, rounds: Sequence[Round]) -> str:
-    """The room at the end, in base 64; empty where none can be drawn."""
+    """The final room, in base 64; empty if there is no room to draw."""
     if info.domain != "house":
         return ""
     try:
@@ -168,7 +168,7 @@ def room_picture(info: EpisodeInfo, rounds: Sequence[Round]) -> str:
 
     settings = settings_of(info.settings)
     if info.domain != "house" or settings.simulator != "house":
-        raise InvalidInputError("There is no room to be drawn in this episode.")
+        raise InvalidInputError("This episode has no room to draw.")
     person = None
     if info.profile and not settings.scene:
         person = profile_named(settings, info.profile)

@@ -28,16 +28,17 @@ PUBLIC = (
     "/study/", "/api/studies/", "/static/study", "/static/style.css", "/static/dom.js",
     "/static/status.js", "/static/icon.svg",
 )  # fmt: skip
-"""Paths that need no password: participants of a study come by a link of their own."""
+"""Paths without a password: participants of a study come with their own link."""
 
 NO_ORIGIN = (
-    "That did not come from this server's own page. A program sends the key as Authorization: "
-    "Bearer KEY, without cookies."
+    "This request did not come from this server's own page. Programs must send the key as "
+    "Authorization: Bearer KEY, without cookies."
 )
 FOREIGN_ORIGIN = (
-    "Pages of other sites change nothing here, whatever key they show (there is no CORS). Ask from "
-    "that site's own server, or from a program that sends no Origin. If this is the server's own "
-    "page, behind a proxy with TLS, the proxy must send X-Forwarded-Proto: https."
+    "Pages of other sites cannot change anything here, with or without a key (CORS is not "
+    "supported). Send the request from that site's server, or from a program without an "
+    "Origin header. If this is the server's own page, behind a proxy with TLS, the proxy "
+    "must send X-Forwarded-Proto: https."
 )
 
 VISITOR_COOKIE, HOST_COOKIE, GUEST_COOKIE = "goalscope_visitor", "goalscope_host", "goalscope_guest"
@@ -54,7 +55,7 @@ HEADERS = {
     "x-frame-options": "DENY",
     "cache-control": "no-store",
 }
-"""Added to every answer that does not set them itself."""
+"""Headers of every response that does not set them itself."""
 
 
 class Visitor:
@@ -66,8 +67,8 @@ class Visitor:
 
     Attributes:
         browser: Identifies the browser.
-        id: Owner of what they begin: the browser, or the host wherever the key is known.
-        is_host: Whether they have the host's key, and so see everything.
+        id: Owner of the episodes that they start: the browser, or the host if they have the key.
+        is_host: Whether they have the host's key, which shows everything.
     """
 
     def __init__(self, secret: str, key: str | None = None) -> None:
@@ -76,7 +77,7 @@ class Visitor:
         self.is_host = key is not None
 
     def owns(self, owner: str | None) -> bool:
-        """Whether this owner is them; the host also owns what their browser began before."""
+        """Whether this owner is them; the host also owns what their browser started before."""
         return owner in (self.id, self.browser)
 
 
@@ -104,7 +105,7 @@ def visible_episode(visitor: Visitor, store: Store, id: str, what: str = "episod
     """The episode with this full id, if the visitor may see it.
 
     Raises:
-        HTTPException: 404, alike for what does not exist and for what is another's.
+        HTTPException: 404, both for what does not exist and for what belongs to others.
     """
     try:
         info = store.episode(id)
@@ -116,22 +117,22 @@ def visible_episode(visitor: Visitor, store: Store, id: str, what: str = "episod
 
 
 def not_found(what: str) -> HTTPException:
-    """The error for what does not exist, or is another's."""
-    return HTTPException(404, f"There is no such {what}, or it is somebody else's.")
+    """The error for what does not exist or belongs to others."""
+    return HTTPException(404, f"There is no such {what}, or it belongs to somebody else.")
 
 
 class Guard:
-    """Refuses what a browser of another site, or a stranger, may not ask for.
+    """Refuses requests from other sites and from strangers.
 
     A request must name this server as its host. A request that changes something must come from
     this server's own page, or from a program that sends the key and no cookies. With a password,
     every request needs a proof of it or of the key, except for the pages of studies.
 
     Args:
-        app: What is guarded.
-        hosts: Names with ports under which the server is reached.
+        app: The application.
+        hosts: Names and ports of the server.
         key: The host's; it must be impossible to guess.
-        password: The visitors', likewise; None lets everybody in who can reach the server.
+        password: The visitors' password, likewise; None admits everybody who can reach the server.
     """
 
     def __init__(
@@ -146,7 +147,7 @@ class Guard:
         }
 
     async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
-        """Let a request through, or answer it."""
+        """Pass a request on, or answer it."""
         if scope["type"] == "lifespan":
             await self.app(scope, receive, send)
         elif scope["type"] == "http":
@@ -174,7 +175,7 @@ class Guard:
         kind, _, bearer = headers.get("authorization", "").strip().partition(" ")
         bearer = bearer.strip() if kind.lower() == "bearer" else ""
         if bearer and not _same(bearer, self._key):
-            raise HTTPException(401, "That key is not this server's; `goalscope serve` has it.")
+            raise HTTPException(401, "This is not the server's key. `goalscope serve` shows it.")
         reads, is_public = request.method in ("GET", "HEAD"), scope["path"].startswith(PUBLIC)
         shown = request.query_params.get("key", "") if reads and not is_public else ""
         enters = [name for name, key in self._keys.items() if _same(shown, key)]
@@ -184,7 +185,7 @@ class Guard:
             if _same(request.cookies.get(name, ""), proof)
         ]
         if GUEST_COOKIE in self._keys and not (is_public or bearer or enters or proven):
-            raise HTTPException(401, "This server asks for a key: open it with ?key=... once.")
+            raise HTTPException(401, "This server needs a key. Open it once with ?key=...")
         origins, is_program = headers.getlist("origin"), bool(bearer) and "cookie" not in headers
         own = [f"{scope['scheme']}://{host}"]
         if not (reads or origins == own or (is_program and not origins)):
@@ -210,7 +211,7 @@ def _limited(receive: Receive) -> Receive:
         message = await receive()
         size += len(message.get("body", b""))
         if size > MAX_BODY:
-            raise HTTPException(413, f"That is longer than {MAX_BODY} bytes.")
+            raise HTTPException(413, f"The request is longer than {MAX_BODY} bytes.")
         return message
 
     return limited

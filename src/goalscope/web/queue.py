@@ -1,4 +1,4 @@
-"""The queue before the model, which works for one person at a time."""
+"""The queue of the model, which serves one person at a time."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ log = logging.getLogger(__name__)
 
 
 class ModelQueue:
-    """A queue before one worker thread: first come, first served."""
+    """A queue with one worker thread: first come, first served."""
 
     def __init__(self) -> None:
         self._worker = ThreadPoolExecutor(1, "model")
@@ -25,12 +25,12 @@ class ModelQueue:
         self._lock = RLock()
 
     def submit(self, work: Callable[[], T], on_move: OnMove = lambda place: None) -> Future[T]:
-        """Run something in the worker's thread when its turn comes.
+        """Run work in the worker thread when its turn comes.
 
         Args:
             work: What to run.
-            on_move: Is called with the number of tasks before this one whenever that changes, with
-                0 when it begins. It must return at once.
+            on_move: Called with the number of tasks ahead whenever it changes, and with 0 at the
+                start. It must return at once.
 
         Raises:
             RuntimeError: The queue is closed.

@@ -1,4 +1,4 @@
-"""The HTTP interface of studies: agree, rate one item after the other, finish."""
+"""The HTTP interface of studies: consent, rate one item after the other, finish."""
 
 from __future__ import annotations
 
@@ -41,12 +41,12 @@ class NewAnswer(RequestBody):
 
 
 class Participation(BaseModel):
-    """What a participant sees of a study's plan, and how far they have come.
+    """What a participant sees of a study's plan, and their progress.
 
     Attributes:
-        over: Why nobody new can take part, in a sentence; empty where they can.
-        answered: Whether each item has a rating; None before they agree.
-        thanks: What the page says once all items have one.
+        over: Why the study takes no new participants, in a sentence; empty if it does.
+        answered: Whether each item has a rating; None before consent.
+        thanks: The text after all items are rated.
     """
 
     title: str
@@ -69,7 +69,7 @@ class AnswerView(BaseModel, from_attributes=True):
 
 
 class ItemView(BaseModel):
-    """What is to be rated, and the answer to it so far."""
+    """The item to rate, and its answer so far."""
 
     task: str
     possible: list[str]
@@ -83,7 +83,7 @@ def _id(id: Annotated[str, Query(max_length=MAX_LENGTH)] = "") -> str:
     """The participant's id, from their link."""
     if not id.strip():
         raise InvalidInputError(
-            "This address lacks your id. Please open the link that you were given."
+            "Your id is missing from the address. Please open the link that you were given."
         )
     return id.strip()
 

@@ -25,8 +25,9 @@ __all__ = ["NewCorrection", "tracking_router"]
 class NewSession(RequestBody):
     """A session to open.
 
-    `task` is the assistant's, in a sentence; `goals` is what the person may want. With `propose`
-    the server's model adds goals when none explains the words, and removes its own again.
+    `task` describes the assistant's task in a sentence; `goals` are the goals that the person may
+    have. With `propose`, the server's model adds goals when none explains the words, and can remove
+    them again.
     """
 
     task: str
@@ -35,7 +36,7 @@ class NewSession(RequestBody):
 
 
 class NewTurn(RequestBody):
-    """What the assistant said, if anything, and what the person answered."""
+    """The assistant's message, if any, and the person's reply."""
 
     query: str = ""
     utterance: str
@@ -48,10 +49,10 @@ class NewGoals(RequestBody):
 
 
 class NewCorrection(RequestBody):
-    """What the person says of a goal.
+    """A correction of a goal by the person.
 
-    "pin": it is this one, perhaps a new one. "veto": it is not, and is not proposed again.
-    "reword": it is this one, in the words of `text`.
+    "pin": this goal is right; it can be a new one. "veto": it is wrong, and is not proposed again.
+    "reword": it is right, in the words of `text`.
     """
 
     kind: Correction
@@ -94,10 +95,10 @@ def tracking_router(trackers: Trackers, queue: ModelQueue, store: Store) -> APIR
 
     @router.post("", status_code=201)
     async def open_session(body: NewSession, visitor: CurrentVisitor) -> TrackerView:
-        """Open a session, which stays until it is deleted, also when the server restarts.
+        """Open a session, which is kept until it is deleted, even if the server restarts.
 
-        The same request again, perhaps since its answer was lost, opens another session; `GET`
-        lists yours, so that one without turns can be deleted.
+        Repeating the request, for example after a lost response, opens another session. `GET` lists
+        your sessions, so that one without turns can be deleted.
         """
         return await queued(
             lambda: trackers.open(body.task, body.goals, propose=body.propose, owner=visitor.id)
@@ -117,17 +118,17 @@ def tracking_router(trackers: Trackers, queue: ModelQueue, store: Store) -> APIR
 
     @router.get("/{id}")
     def belief(id: str, visitor: CurrentVisitor) -> TrackerView:
-        """The belief as it is now, and what to do next."""
+        """The current belief, and advice on what to do next."""
         return TrackerView.of(trackers.read(visible(id, visitor).id))
 
     @router.put("/{id}/turns/{turn}")
     async def observe(
         id: str, turn: Annotated[int, Path(ge=1)], body: NewTurn, visitor: CurrentVisitor
     ) -> TrackerView:
-        """Take in a turn; the first is 1.
+        """Add a turn; the first is 1.
 
-        It is stored when the answer comes. The same request again counts once, and has the same
-        answer; the same turn in other words, or one that is not the next, is a conflict (409).
+        It is stored when the response arrives. A repeated request counts once and has the same
+        response. The same turn in other words, or a turn that is not the next, is a conflict (409).
         """
         return await queued_for(
             id, visitor, lambda: trackers.observe(id, turn, body.query, body.utterance)
@@ -135,19 +136,19 @@ def tracking_router(trackers: Trackers, queue: ModelQueue, store: Store) -> APIR
 
     @router.post("/{id}/goals")
     async def add_goals(id: str, body: NewGoals, visitor: CurrentVisitor) -> TrackerView:
-        """Add goals; those that are there already change nothing."""
+        """Add goals; existing ones change nothing."""
         return await queued_for(id, visitor, lambda: trackers.add(id, body.goals))
 
     @router.post("/{id}/corrections")
     async def correct(id: str, body: NewCorrection, visitor: CurrentVisitor) -> TrackerView:
-        """Take in what the person says of the goals themselves."""
+        """Correct the goals as the person says."""
         return await queued_for(
             id, visitor, lambda: trackers.correct(id, body.kind, body.goal, body.text)
         )
 
     @router.get("/{id}/why")
     def why(id: str, visitor: CurrentVisitor, goal: str = "") -> Why:
-        """What each utterance says for a goal; for the likeliest one if none is named."""
+        """The evidence of each utterance for a goal; by default, the likeliest one."""
         return Why.of(*trackers.why(visible(id, visitor).id, goal))
 
     @router.post("/{id}/close")
@@ -157,7 +158,7 @@ def tracking_router(trackers: Trackers, queue: ModelQueue, store: Store) -> APIR
 
     @router.delete("/{id}", status_code=204)
     def delete(id: str, visitor: CurrentVisitor) -> None:
-        """Delete a session with everything said in it."""
+        """Delete a session and everything said in it."""
         require_owner(id, visitor)
         trackers.delete(id)
 

@@ -1,4 +1,4 @@
-"""Episodes, rounds and beliefs as the page and other programs read them, in JSON."""
+"""Episodes, rounds and beliefs as JSON for the page and other programs."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ __all__ = [
 
 
 class GoalView(BaseModel):
-    """A goal with its probability; `pinned` where the person has confirmed it."""
+    """A goal with its probability; `pinned` if the person has confirmed it."""
 
     text: str
     probability: float
@@ -77,7 +77,7 @@ class BeliefView(BaseModel):
 
 
 class ChangeView(BaseModel):
-    """A goal that came, went or was confirmed, and why."""
+    """A goal that was added, removed or confirmed, and why."""
 
     kind: Literal["added", "removed", "pinned"]
     goal: str
@@ -102,7 +102,7 @@ class ActionView(BaseModel):
 
     @property
     def is_look_up(self) -> bool:
-        """Whether it only returned information, of several lines."""
+        """Whether it only returned information, on several lines."""
         return self.ok and not self.irreversible and "\n" in self.observation
 
     @classmethod
@@ -117,7 +117,7 @@ class ActionView(BaseModel):
 
 
 class RoundView(BaseModel):
-    """One round: what was said, believed and done.
+    """One round: words, belief and actions.
 
     `state` is the fingerprint of the state after it. The page shows `belief_note` beside the
     belief, and `notes` below the actions.
@@ -208,7 +208,7 @@ class Confirm(BaseModel):
 
     @classmethod
     def of(cls, round: episodes.Round) -> Confirm:
-        """The confirmation that a round asks for."""
+        """The confirmation that a round waits for."""
         return cls(
             state=round.state,
             status=round.status,
@@ -224,16 +224,16 @@ class Live(BaseModel):
     Attributes:
         version: Grows with each change, also over restarts of the server.
         phase: "idle" for the person's turn, "waiting" in the queue, "thinking".
-        place: How many tasks are before this one in the queue.
-        step: What the agent does now.
-        draft: A question that it is writing; it writes several, and asks one of them.
-        query: What it asks; None until that is known.
+        place: Number of tasks ahead in the queue.
+        step: What the agent is doing.
+        draft: The question that it is writing; it writes several, and asks one.
+        query: The question that it asks; None until it is chosen.
         round: Number of the next utterance's round; 0 while the episode is being opened.
-        utterance: The words that the agent works on, or failed on.
+        utterance: The words that the agent is processing, or failed on.
         belief: With the corrections since the last round.
         changes: These corrections.
         can_undo: Whether the newest of them can be undone.
-        confirm: What waits for a confirmation.
+        confirm: The pending confirmation.
         completion_phrase: Words that end the task.
         error: Why the last attempt failed.
     """
@@ -257,11 +257,10 @@ class Live(BaseModel):
 class TrackerView(BaseModel):
     """A tracking session after `turn` turns.
 
-    `advice` says what to do next: "act" on the likeliest goal, "ask" the person, or "propose"
-    goals, since none of these explains the words; `because` says why. Both are null where the
-    session is closed. `in_words` is an answer to a person who asks what they are taken to want, how
-    sure that is, why, and what else it could be. `changes`: goals that came, went or were confirmed
-    with that turn and since.
+    `advice` is what to do next: "act" on the likeliest goal, "ask" the person, or "propose" goals,
+    because none explains the words; `because` is the reason. Both are null if the session is
+    closed. `in_words` explains the belief to the person: the goal, how sure it is, why, and the
+    alternatives. `changes` lists goals added, removed or confirmed with that turn and since.
     """
 
     id: str
@@ -294,7 +293,7 @@ class TrackerView(BaseModel):
 
 
 class Why(BaseModel):
-    """What each utterance says for a goal."""
+    """The evidence of each utterance for a goal."""
 
     goal: str
     reasons: list[Reason]

@@ -1,4 +1,4 @@
-"""What the shop sells: items read from our own catalogue or from any shop's CSV file."""
+"""Catalogues of items, read from the built-in one or from any shop's CSV file."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from goalscope.types import InvalidInputError
 __all__ = ["Catalogue", "Item"]
 
 _LONGEST = 120
-"""Characters kept of a name, a category, a unit or a tag."""
+"""Maximum length of a name, a category, a unit or a tag."""
 
 _COLUMNS: Mapping[str, tuple[str, ...]] = {
     "name": ("name", "product name", "product", "title", "product title", "item", "item name"),
@@ -28,7 +28,7 @@ _COLUMNS: Mapping[str, tuple[str, ...]] = {
     "brand": ("brand", "brand name"),
     "currency": ("currency", "currency symbol"),
 }
-"""For each of our columns the headings that it usually goes by, likeliest first."""
+"""The usual headings of each column, likeliest first."""
 
 _NUMBER = r"(\.\d+|\d+(?:[.,]\d+)*)"
 _RANGE = re.compile(
@@ -41,14 +41,14 @@ _SINGLE = re.compile(
 
 @dataclass(frozen=True, slots=True)
 class Item:
-    """One thing on the shelf.
+    """An item of the shop.
 
     Attributes:
-        id: Place in the catalogue, from 1.
+        id: Position in the catalogue, from 1.
         name: Unique in its catalogue, at most 120 characters on one line, no control characters.
-        category: The aisle, such as "baking"; empty where the catalogue has none.
-        unit: What one of it is, such as "1 kg" or "12 ct"; empty where unknown.
-        price: Price of one unit in the catalogue's currency, or None for "no price".
+        category: The aisle, such as "baking"; empty if there is none.
+        unit: The size of one unit, such as "1 kg" or "12 ct"; empty if unknown.
+        price: Price of one unit in the catalogue's currency; None if there is none.
         tags: Facts in lower case, such as "gluten-free" or "source of iron".
     """
 
@@ -66,7 +66,7 @@ class Catalogue:
     Attributes:
         items: All items.
         currency: Symbol to print before a price.
-        notes: What loading had to adapt, one sentence each, for the person who gave the file.
+        notes: Notes on what was adapted while loading, one sentence each.
     """
 
     def __init__(
@@ -81,7 +81,7 @@ class Catalogue:
         self.currency = currency
         self.notes = tuple(notes)
         if not self.items:
-            raise InvalidInputError("The catalogue holds no items. Give at least one named row.")
+            raise InvalidInputError("The catalogue has no items. Add at least one row with a name.")
         self._by_name = {item.name: item for item in self.items}
         if len(self._by_name) != len(self.items):
             raise InvalidInputError("Two items of the catalogue have the same name.")
@@ -95,7 +95,7 @@ class Catalogue:
         return self._by_name.get(name)
 
     def money(self, amount: Decimal | None) -> str:
-        """`amount` as people read it, such as "$4.50", or "no price"."""
+        """`amount` formatted, such as "$4.50", or "no price"."""
         return "no price" if amount is None else f"{self.currency}{amount:,.2f}"
 
     @classmethod
@@ -108,10 +108,10 @@ class Catalogue:
         """Read a CSV file with a heading row; commas, semicolons or tabs between the cells.
 
         Args:
-            path: The file, UTF-8. None reads the catalogue that comes with goalscope.
-            columns: Which heading holds what, such as `{"name": "Title", "price": "Price"}`. The
-                keys are name, category, unit, price, tags, brand and currency; the ones left
-                out are found by their usual headings. Only a name is needed.
+            path: The file, UTF-8. None reads the built-in catalogue.
+            columns: The heading of each field, such as `{"name": "Title", "price": "Price"}`. The
+                fields are name, category, unit, price, tags, brand and currency; those left out are
+                found by their usual headings. Only a name is required.
 
         Raises:
             InvalidInputError: The file cannot be read, or has no heading for the names.
@@ -126,8 +126,7 @@ class Catalogue:
             raw = source.read_bytes()
         except OSError as error:
             raise InvalidInputError(
-                f"The catalogue {label} cannot be read: {error.strerror or error}. "
-                "Give the path of a CSV file."
+                f"Cannot read the catalogue {label}: {error.strerror or error}. Name a CSV file."
             ) from None
         rows = _rows(_decoded(raw, label), label)
         headings = next(rows, list[str]())
@@ -138,8 +137,8 @@ class Catalogue:
 def _decoded(raw: bytes, label: str) -> str:
     if b"\0" in raw:
         raise InvalidInputError(
-            f"The catalogue {label} holds a NUL byte at position {raw.index(0)}: it is no text "
-            "file, or it is UTF-16. Save it as CSV in UTF-8."
+            f"The catalogue {label} has a NUL byte at position {raw.index(0)}: it is not a "
+            "text file, or is UTF-16. Save it as CSV in UTF-8."
         )
     try:
         return raw.decode("utf-8-sig")
@@ -158,8 +157,8 @@ def _rows(text: str, label: str) -> Iterator[list[str]]:
         yield from reader
     except csv.Error as error:
         raise InvalidInputError(
-            f"The catalogue {label} is no readable CSV near line {reader.line_num}: {error}. "
-            "Look for a quotation mark that is never closed, or a cell that is far too long."
+            f"The catalogue {label} is not valid CSV near line {reader.line_num}: {error}. "
+            "Look for an unclosed quotation mark, or a very long cell."
         ) from None
 
 
@@ -190,7 +189,7 @@ def _placed(headings: list[str], columns: Mapping[str, str], label: str) -> dict
     if "name" not in where:
         raise InvalidInputError(
             f"The catalogue {label} has no column for the names. Its columns are: {found}. "
-            'Say which one it is, such as --column name=Title, or columns={"name": "Title"}.'
+            'Name it, such as --column name=Title, or columns={"name": "Title"}.'
         )
     return where
 
@@ -216,7 +215,7 @@ def _collected(rows: Iterable[list[str]], where: Mapping[str, int], label: str) 
         items.append(Item(len(items) + 1, name, cells.get("category", ""), unit, price, tags))
         currency = currency or cells.get("currency", "")
     if not items:
-        raise InvalidInputError(f"The catalogue {label} holds no named rows. Check the file.")
+        raise InvalidInputError(f"The catalogue {label} has no rows with a name. Check the file.")
     sentences = {
         "nameless": "{} rows without a name were left out.",
         "ranges": "{} prices were ranges; the lower end is used.",

@@ -18,7 +18,7 @@ from goalscope.words import names, singulars
 __all__ = ["DIETS", "Bounds", "Diet", "bounds_of", "diets_of", "refusal", "violates"]
 
 _GOODS = frozenset(("food", "product", "thing", "stuff", "diet", "item", "option", "meal"))
-"""Words that say nothing of a diet: "vegan food"."""
+"""Words that do not identify a diet: "vegan food"."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -89,14 +89,14 @@ def _finder(listed: str) -> re.Pattern[str]:
 
 @dataclass(frozen=True, slots=True)
 class Bounds:
-    """What rules out items.
+    """The bounds that rule out items.
 
     Attributes:
-        diets: Restrictions of `DIETS` that bind all of the basket.
+        diets: Restrictions of `DIETS` that bind the whole basket.
         some: Restrictions that only some people follow: they bind what is guessed, and among
             several things that an order may mean, those that fit are preferred.
-        refused: What things must not be called.
-        budget: What all may cost, in the shop's currency; None for any sum.
+        refused: Names that items must not have.
+        budget: Maximum total, in the shop's currency; None for no budget.
     """
 
     diets: frozenset[str] = frozenset()
@@ -105,15 +105,15 @@ class Bounds:
     budget: Decimal | None = None
 
     def permits(self, item: Item) -> bool:
-        """Whether nothing that binds the whole basket rules out an item."""
+        """Whether no bound of the whole basket rules out an item."""
         return not self.against(item)
 
     def suits(self, item: Item) -> bool:
-        """Whether nothing at all speaks against an item."""
+        """Whether no bound at all rules out an item."""
         return self.permits(item) and not any(violates(item, diet) for diet in self.some)
 
     def against(self, item: Item) -> str:
-        """What rules out an item, in words; "" where nothing does."""
+        """Why an item is ruled out, as text; "" if it is not."""
         if broken := sorted(diet for diet in self.diets if violates(item, diet)):
             return f"it has to be {' and '.join(broken)}"
         ruled = next((each for each in self.refused if names(item.name, each)), "")

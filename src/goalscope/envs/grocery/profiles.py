@@ -1,4 +1,4 @@
-"""Simulated shoppers: the profiles' file, and what their checks ask of a basket."""
+"""Simulated shoppers: reading profiles, and checking baskets."""
 
 from __future__ import annotations
 
@@ -23,11 +23,11 @@ _FORMS: Mapping[str, tuple[str, ...]] = {
     "max_total": (),
     "bought": (),
 }
-"""The forms of a check by their leading key, with the keys that may stand beside it."""
+"""The forms of a check by their main key, with the keys that can accompany it."""
 
 
 def load_profiles(path: Path | str | None = None) -> tuple[Profile, ...]:
-    """Read profiles from a TOML file; None reads the ten that come with goalscope.
+    """Read profiles from a TOML file; None reads the ten built-in ones.
 
     Each is a table `[[profile]]` with `name`, `description` (given to a simulated human),
     `replies` (what the scripted human says, in order) and `checks`, a list of these forms:
@@ -58,7 +58,7 @@ def load_profiles(path: Path | str | None = None) -> tuple[Profile, ...]:
 def checks_met(
     checks: Sequence[Mapping[str, Any]], basket: Sequence[tuple[Item, int]], *, bought: bool
 ) -> list[bool]:
-    """Which of the `checks` the basket meets; an empty basket meets none."""
+    """Whether the basket meets each of the `checks`; an empty basket meets none."""
     return [bool(basket) and _is_met(check, basket, bought) for check in checks]
 
 
@@ -101,7 +101,7 @@ def _examine(check: Mapping[str, Any], label: str) -> None:
     beside = [key for form in leading or _FORMS for key in _FORMS[form]]
     refuse_unknown(check, (*_FORMS, *beside), label)
     if len(leading) != 1:
-        raise InvalidInputError(f"{label}: give exactly one of the keys {', '.join(_FORMS)}.")
+        raise InvalidInputError(f"{label}: expected exactly one of the keys {', '.join(_FORMS)}.")
     for key, value in check.items():
         if key in ("must_have", "must_not_have"):
             right = is_list(value, str) and value and all(singulars(term) for term in value)

@@ -38,11 +38,11 @@ _WHOLE = frozenset({
 
 
 class GroceryShop(Environment):
-    """A shopping agent's world (Sec. 4.2).
+    """The world of a shopping agent (Sec. 4.2).
 
-    What can be asked for is `verbs`. The actions are `search inventory` (the target is a term),
-    `add item` and `remove item` (the target is an item's exact name, with a quantity from 1 to 99),
-    and `buy basket`. After the purchase only searching is possible, until `reset`.
+    Orders use `verbs`. The actions are `search inventory` (the target is a term), `add item` and
+    `remove item` (the target is an item's exact name, with a quantity from 1 to 99), and `buy
+    basket`. After the purchase, only searching is possible until `reset`.
     """
 
     task = (
@@ -73,7 +73,7 @@ class GroceryShop(Environment):
 
     @property
     def basket(self) -> dict[str, int]:
-        """A copy of the basket: item name to quantity, in the order of adding."""
+        """A copy of the basket: quantities by item name, in the order of adding."""
         return dict(self._basket)
 
     @property
@@ -83,7 +83,7 @@ class GroceryShop(Environment):
 
     @property
     def total(self) -> Decimal:
-        """Price of the basket; items without a price count nothing."""
+        """Price of the basket; items without a price count as 0."""
         return sum((i.price * n for i, n in self._contents() if i.price is not None), Decimal(0))
 
     def reset(self) -> None:
@@ -112,10 +112,10 @@ class GroceryShop(Environment):
         return "\n".join(lines)
 
     def actions(self, name: str, standing: Standing) -> list[Action]:
-        """Additions for a generic name that the basket does not serve yet, best first.
+        """Additions for a generic name that the basket does not cover yet, best first.
 
-        What was ruled out is not offered, for whomever it was, nor what once left the basket, nor
-        what takes more than a share of what is left of the budget.
+        Excludes what was ruled out, for whomever it was, what once left the basket, and what takes
+        too large a share of the remaining budget.
         """
         if self._bought or any(
             each.do == "avoid" and names(name, each.what) for each in standing.limits
@@ -144,7 +144,7 @@ class GroceryShop(Environment):
         return shipped_occasions("grocery")(text, most)
 
     def resolve(self, order: Order, standing: Standing, pick: Pick) -> Resolution:
-        """See `Environment.resolve`: limits take out what is against them."""
+        """See `Environment.resolve`: limits remove violations."""
         if self._bought:
             return Resolution(why="The basket is bought already.")
         bounds = bounds_of(standing)
@@ -193,7 +193,7 @@ class GroceryShop(Environment):
         return Resolution(tuple(step for step in steps if step.quantity), " ".join(told))
 
     def answer(self, order: Order, standing: Standing, pick: Pick) -> str:
-        """The facts of a thing, such as its price and labels; of nothing, those of the basket."""
+        """The facts about a thing, such as its price and labels; by default, about the basket."""
         bounds = bounds_of(standing)
         if not _WHOLE.issuperset(singulars(order.what)):
             return self._choice.facts(order.what, self._basket, bounds)
@@ -237,7 +237,7 @@ class GroceryShop(Environment):
                 )
 
     def checks_met(self, profile: Profile) -> list[bool]:
-        """Which of the profile's checks the basket meets; an empty basket meets none."""
+        """Whether the basket meets each of the profile's checks; an empty basket meets none."""
         return checks_met(profile.checks, self._contents(), bought=self._bought)
 
     def unwanted(self, profile: Profile) -> list[str]:

@@ -1,4 +1,4 @@
-"""The home robot of the paper (Sec. 4.2), in AI2-THOR or in a house that speaks its language."""
+"""The home robot of the paper (Sec. 4.2), in AI2-THOR or a compatible embedded house."""
 
 from goalscope.envs.house.profiles import load_profiles
 from goalscope.envs.house.robot import HomeRobot

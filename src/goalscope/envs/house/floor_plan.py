@@ -1,4 +1,4 @@
-"""What is where in a room, seen from above, and what changed: the facts that its picture draws."""
+"""Floor plans: where things are in a room, and what changed, as drawn by its picture."""
 
 from __future__ import annotations
 

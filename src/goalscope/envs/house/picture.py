@@ -1,4 +1,4 @@
-"""A room from above as an SVG that stands alone, and in words."""
+"""A room from above, as a self-contained SVG and as text."""
 
 from __future__ import annotations
 
@@ -69,11 +69,11 @@ def svg_picture(
     previous: Mapping[str, Any] | None = None,
     named: Mapping[str, str] | None = None,
 ) -> str:
-    """A room from above as an SVG for light and dark pages, with nothing outside it.
+    """A room from above as a self-contained SVG for light and dark pages.
 
     Args:
         metadata: AI2-THOR's.
-        previous: The same of the round before: what changed since is highlighted.
+        previous: Metadata of the round before; changes since then are highlighted.
         named: What to call the objects, by id; None names them anew.
     """
     return _Drawing(floor_plan(metadata, previous, named)).text()

@@ -1,4 +1,4 @@
-"""Simulated people at home: the profiles' file, and what their checks ask of the objects."""
+"""Simulated people at home: reading profiles, and checking objects."""
 
 from __future__ import annotations
 
@@ -15,11 +15,11 @@ from goalscope.types import InvalidInputError, Profile
 __all__ = ["checks_met", "load_profiles", "types_in"]
 
 _FORMS: Mapping[str, tuple[str, ...]] = {"object": ("count",), "every": (), "no": ()}
-"""The forms of a check by their leading key, with the keys that may stand beside it."""
+"""The forms of a check by their main key, with the keys that can accompany it."""
 
 
 def load_profiles(path: Path | str | None = None) -> tuple[Profile, ...]:
-    """Read profiles from a TOML file; None reads the five that come with goalscope (Sec. 4.2).
+    """Read profiles from a TOML file; None reads the five built-in ones (Sec. 4.2).
 
     Each is a table `[[profile]]` with `name`, `scene` (such as "Kitchen1"), `description` (given
     to a simulated human), `replies` (what the scripted human says, in order) and `checks`, a list
@@ -124,9 +124,9 @@ def _examine(check: Mapping[str, Any], label: str) -> None:
     beside = [key for form in leading or _FORMS for key in _FORMS[form]]
     refuse_unknown(check, (*_FORMS, *beside, "in", "on", *STATES), label)
     if len(leading) != 1:
-        raise InvalidInputError(f"{label}: give exactly one of the keys {', '.join(_FORMS)}.")
+        raise InvalidInputError(f"{label}: expected exactly one of the keys {', '.join(_FORMS)}.")
     if "in" in check and "on" in check:
-        raise InvalidInputError(f"{label}: 'in' and 'on' mean the same; give one of them.")
+        raise InvalidInputError(f"{label}: 'in' and 'on' mean the same. Use only one of them.")
     for key in (*leading, "in", "on"):
         if key in check:
             _examine_types(key, check[key], label)
@@ -140,7 +140,7 @@ def _examine(check: Mapping[str, Any], label: str) -> None:
         )
     if leading == ["every"] and len(check) == 1:
         raise InvalidInputError(
-            f"{label}: 'every' alone says nothing. Add 'in', 'on', or a state such as isOpen."
+            f"{label}: 'every' needs a condition. Add 'in', 'on', or a state such as isOpen."
         )
 
 
@@ -153,7 +153,7 @@ def _examine_types(key: str, value: object, label: str) -> None:
     for name in _types(cast("str | list[str]", value)):
         if name not in known:
             raise InvalidInputError(
-                f"{label}: {shown(name)} in {key!r} is no object type; {nearest(name, known)}"
+                f"{label}: {shown(name)} in {key!r} is not an object type; {nearest(name, known)}"
             )
         if key in ("in", "on") and "receptacle" not in known[name].flags:
-            raise InvalidInputError(f"{label}: {name} in {key!r} is no receptacle.")
+            raise InvalidInputError(f"{label}: {name} in {key!r} is not a receptacle.")

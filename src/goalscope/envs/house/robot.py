@@ -53,9 +53,9 @@ _USABLE = ("pickupable", "toggleable", "canFillWithLiquid", "dirtyable")
 
 
 class HomeRobot(Environment):
-    """A robot that moves things in a home.
+    """A robot in a home.
 
-    What can be asked for is `verbs`.
+    Orders use `verbs`.
 
     The actions are "put" (an object, with a receptacle as the destination), "pick up", "open",
     "close", "turn on", "turn off", "fill" (with water), "fill with coffee", "fill with wine",
@@ -152,7 +152,7 @@ class HomeRobot(Environment):
         return name
 
     def status(self) -> str:
-        """What is in the hand, and what has changed since the start, one object a line."""
+        """The object in the hand, and all changes since the start, one object per line."""
         held = self._view.held
         hand = f"The robot's hand {f'holds {the(self._view.names[held])}' if held else 'is empty'}."
         changes = [text for _, text in self._view.changes(self._start.table)]
@@ -164,7 +164,7 @@ class HomeRobot(Environment):
         return "\n".join(lines)
 
     def resolve(self, order: Order, standing: Standing, pick: Pick) -> Resolution:
-        """See `Environment.resolve`; limits need no action, as they bind those that come."""
+        """See `Environment.resolve`; limits need no action, because they bind later ones."""
         view, done = self._view, [action for action, _ in self._done]
         finder, untouched = Finder(view, pick), bound(view, standing)
         return Resolver(view, self._start, finder, done, untouched, standing.asked).resolve(order)
@@ -261,7 +261,7 @@ class HomeRobot(Environment):
         return next((i for i in starts if done[i : i + count] == [*actions]), -1)
 
     def step(self, action: Action) -> StepResult:
-        """Take one action, with all that belongs to it. One that fails changes nothing.
+        """Execute an action with all its steps. A failed action changes nothing.
 
         Raises:
             GoalscopeError: The simulator died, or what a failed action began cannot be taken back.
@@ -302,7 +302,7 @@ class HomeRobot(Environment):
         return facts_of(Finder(self._view, pick), order.what, order.where)
 
     def checks_met(self, profile: Profile) -> list[bool]:
-        """Which of the profile's goal conditions hold now; none while nothing has been changed."""
+        """Whether each of the profile's goal conditions holds; none before anything has changed."""
         met = checks_met(profile.checks, self._view.objects)
         return [any(self._view.changes(self._start.table)) and each for each in met]
 

@@ -28,7 +28,7 @@ async function show() {
   document.title = "goalscope";
   mark(found?.[0][1]);
   if (!found) {
-    problem("There is no such page.");
+    problem("This page does not exist.");
     return;
   }
   const [[, , page, names], match] = found;

@@ -41,7 +41,7 @@ export class Bars {
     if (!kept.has(this.open)) this.open = null;
     goals.forEach((goal) => this.#update(goal, fresh));
     this.#list(goals);
-    setText(this.sureness, shown.silent ? "Nothing was said yet." : told(shown.belief));
+    setText(this.sureness, shown.silent ? "Nothing has been said yet." : told(shown.belief));
     setText(this.note, shown.note ?? "");
     this.note.hidden = !shown.note;
     this.sureness.title = shown.belief && !shown.silent ? `Entropy: ${shown.belief.entropy.toFixed(2)} nats` : "";

@@ -121,7 +121,7 @@ class Exchange {
     if (this.settled) return;
     this.settled = true;
     this.say(round.query, round.utterance);
-    const told = round.replans ? [`The plan was made anew ${round.replans === 1 ? "once" : `${round.replans} times`}.`] : [];
+    const told = round.replans ? [`The agent replanned ${round.replans === 1 ? "once" : `${round.replans} times`}.`] : [];
     this.done.replaceChildren(
       ...(round.actions.length ? [actionList(round.actions, this.named)] : []),
       ...told.map((each) => h("p", {}, each)),

@@ -2,7 +2,7 @@
 
 const KNOWN = {
   grocery: {
-    about: "It fills a basket for you, and buys it once you say so.",
+    about: "It fills a basket for you, and buys it once you confirm.",
     state: "The basket",
     empty: "The basket is empty.",
   },
@@ -12,7 +12,7 @@ const KNOWN = {
     empty: "The robot has not done anything yet.",
   },
 };
-const OWN = { about: null, state: "The state", empty: "Nothing was done yet." };
+const OWN = { about: null, state: "The state", empty: "Nothing has been done yet." };
 const TRACKING = "tracking";
 
 /** Whether observations name their actions there; elsewhere the page names them, too. */

@@ -97,7 +97,7 @@ class List {
 
   #show({ episodes: found, total }) {
     const last = this.offset + found.length;
-    setText(this.found, found.length === total ? (total ? count(total, "episode") : "Nothing is found.") : `${this.offset + 1} to ${last} of ${count(total, "episode")}`);
+    setText(this.found, found.length === total ? (total ? count(total, "episode") : "No episodes found.") : `${this.offset + 1} to ${last} of ${count(total, "episode")}`);
     this.table.hidden = found.length === 0;
     this.rows.replaceChildren(...found.map((episode) => this.#row(episode)));
     this.earlier.parentElement.hidden = total <= PAGE;
@@ -128,7 +128,7 @@ class List {
         h(
           "div",
           { class: "row-actions" },
-          goesOn(episode) ? h("a", { href: `#/talk/${episode.id}` }, "Go on", unseen(` with the one of ${started}`)) : null,
+          goesOn(episode) ? h("a", { href: `#/talk/${episode.id}` }, "Continue", unseen(` the one of ${started}`)) : null,
           h(
             "label",
             { class: "check" },

@@ -70,7 +70,7 @@ function links({ episode, live }) {
   return h(
     "div",
     { class: "buttons" },
-    live ? h("a", { class: "button primary", href: `#/talk/${episode.id}` }, "Go on talking") : null,
+    live ? h("a", { class: "button primary", href: `#/talk/${episode.id}` }, "Continue") : null,
     link("/export.html", "Save as a page"),
     link("/export.json", "Save as JSON"),
   );
@@ -174,7 +174,7 @@ class View {
   }
 
   #panels() {
-    if (!this.rounds.length) return [h("p", {}, "Nothing was said yet.")];
+    if (!this.rounds.length) return [h("p", {}, "Nothing has been said yet.")];
     return [
       this.ribbons.element,
       h(

@@ -199,7 +199,7 @@ export class Strip {
   show(side) {
     const goals = (!side.silent && side.belief?.goals) || [];
     const [first] = goals;
-    const none = side.silent ? "Nothing was said yet" : "The belief";
+    const none = side.silent ? "Nothing has been said yet" : "The belief";
     setText(this.text, first ? `${percent(first.probability)} ${nameOf(first)}` : none);
     setText(this.sum, side.summary);
     this.mini.replaceChildren(

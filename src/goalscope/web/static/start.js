@@ -26,7 +26,7 @@ export async function start(main, { options }, signal) {
         h(
           "p",
           { class: "lead" },
-          "This assistant keeps a probability over what you may want, in plain words, and changes it with all that you say. You see the whole of it, and can put it right.",
+          "This assistant keeps a probability for each goal that you may have, in plain words, and updates it with everything you say. You see all of it, and can correct it.",
         ),
         beginForm(options),
         goOn,
@@ -49,7 +49,7 @@ function goingOn(episodes, options) {
       h("span", { class: "soft" }, ` ${localTime(one.created)}, ${count(one.rounds, "round")}`),
     ),
   );
-  return [h("h2", {}, "Go on with"), h("ul", { class: "plain" }, ...rows)];
+  return [h("h2", {}, "Continue"), h("ul", { class: "plain" }, ...rows)];
 }
 
 function beginForm(options) {
@@ -69,7 +69,7 @@ function beginForm(options) {
   const choose = (domain) => {
     sceneField.hidden = domain.scenes.length === 0;
     scene.replaceChildren(
-      h("option", { value: "" }, "the usual one"),
+      h("option", { value: "" }, "default"),
       ...domain.scenes.map((name) => h("option", { value: name }, name)),
     );
   };
@@ -97,7 +97,7 @@ function beginForm(options) {
   return h(
     "form",
     { class: "begin", onsubmit: begin },
-    h("fieldset", { class: "domains" }, h("legend", {}, "What shall it help with?"), ...cards),
+    h("fieldset", { class: "domains" }, h("legend", {}, "What should it help with?"), ...cards),
     h(
       "details",
       { class: "more" },

@@ -5,8 +5,8 @@ import { statusView } from "./status.js";
 import { api, Keeper, otherwise, same } from "./study_api.js";
 
 const QUIET = 800;
-const CHECK = "Please check the address, letter by letter, or ask whoever sent it to you.";
-const OFFLINE = "No connection. Trying again by itself \u2026";
+const CHECK = "Please check the link, or ask the person who sent it to you.";
+const OFFLINE = "No connection. Retrying automatically \u2026";
 
 const main = document.getElementById("main");
 let study = null;
@@ -163,7 +163,7 @@ function question(place, item) {
   const missing = ({ rating, explanation }) => {
     if (rating === null) return ["Please choose a rating.", ratings[0].querySelector("input")];
     if (explanation.replace(/\s/g, "").length < study.min_explanation) {
-      return [`Please say why, in at least ${study.min_explanation} characters.`, why];
+      return [`Please explain your rating in at least ${study.min_explanation} characters.`, why];
     }
     return null;
   };
@@ -252,7 +252,7 @@ function about(item) {
       h("p", { class: "soft small" }, `It can do this: ${item.possible.join(", ")}.`),
     ),
     item.transcript.length > 0 && part("The conversation", conversation(item.transcript)),
-    part("What came of it", h("div", { class: "outcome" }, statusView(item.outcome))),
+    part("Outcome", h("div", { class: "outcome" }, statusView(item.outcome))),
   ].filter(Boolean);
 }
 

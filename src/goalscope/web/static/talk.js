@@ -166,8 +166,8 @@ class Talk {
   }
 
   #status(live, connected) {
-    const idle = this.side.marks ? "Taking out what you crossed out\u2026" : "";
-    const step = connected ? working(live, this.pending) || idle : "The connection broke off. Trying again\u2026";
+    const idle = this.side.marks ? "Removing the items that you crossed out\u2026" : "";
+    const step = connected ? working(live, this.pending) || idle : "Connection lost. Trying again\u2026";
     this.status.classList.toggle("busy", Boolean(step));
     setText(this.status, step);
   }
@@ -183,7 +183,7 @@ class Talk {
           "div",
           { class: "buttons" },
           h("button", { type: "button", class: "primary", onclick: () => this.say(failed) }, "Try again"),
-          h("button", { type: "button", onclick: () => this.composer.write(failed) }, "Change the words"),
+          h("button", { type: "button", onclick: () => this.composer.write(failed) }, "Edit the words"),
         )
       : h("div", { class: "buttons" }, h("button", { type: "button", onclick: () => this.#tell("") }, "Close"));
     this.error.replaceChildren(...(problem ? [h("div", { class: "card error" }, h("p", {}, problem), buttons)] : []));
@@ -206,7 +206,7 @@ class Talk {
    */
   #confirmCard({ state, status, question, yes, no }, query) {
     const buys = this.state.episode.domain === "grocery";
-    const about = buys ? "Your basket" : "Nobody can undo that.";
+    const about = buys ? "Your basket" : "This cannot be undone.";
     const items = itemsOf(this.state.rounds);
     const guesses = countGuesses(status, items);
     const answer = (words, confirmed) => {
@@ -247,7 +247,7 @@ class Talk {
 function working(live, pending) {
   if (!live) return "";
   if (live.phase === "waiting" && live.place > 0) {
-    return live.place === 1 ? "One person is before you" : `${live.place} people are before you`;
+    return live.place === 1 ? "One person is ahead of you" : `${live.place} people are ahead of you`;
   }
   if (live.phase === "idle" && pending === null) return "";
   const step = live.step || "thinking";

@@ -5,8 +5,8 @@ import { h, percent, signed } from "./dom.js";
 
 const SLIGHT = 0.1;
 const COLUMNS = [
-  ["Evidence", "how much these words speak for the goal (+) or against it (\u2212), beside the mean of the others, in nats. Words that speak for it can still make it less likely: another goal then gains more."],
-  ["After it", "how likely the goal was then, among the goals of now: where goals came or went since, that round showed otherwise, as the ribbons do."],
+  ["Evidence", "how much these words favour the goal (+) or count against it (\u2212), relative to the mean of the others, in nats. Words in its favour can still make it less likely if another goal gains more."],
+  ["After it", "how likely the goal was then, among the current goals. If goals were added or removed since, that round showed a different belief, as the ribbons do."],
   ["If unsaid", "how likely it would be now without these words."],
 ];
 
@@ -21,13 +21,13 @@ const COLUMNS = [
 export function details({ id, goal, round, weighs, goesOn, correct }) {
   const box = h("div", { class: "why" });
   if (goal.unspecified) {
-    const about = "How likely it is that what you want is not in the list so far. Files and the command line call it \u201cUnspecified\u201d.";
+    const about = "How likely it is that your goal is not in the list yet. Files and the command line call it \u201cUnspecified\u201d.";
     box.append(h("p", { class: "soft" }, about));
   } else if (correct) {
     box.append(corrections(goal, correct));
   }
   if (weighs && round) box.append(evidence(id, goal.text, round, goesOn));
-  else if (weighs) box.append(h("p", { class: "soft" }, "The reasons are shown after your next words."));
+  else if (weighs) box.append(h("p", { class: "soft" }, "The reasons will appear after your next message."));
   return box;
 }
 
@@ -43,7 +43,7 @@ function corrections(goal, correct) {
     }
   };
   const form = wordsForm("In your words", goal.text, "Save", (text) => act("reword", text));
-  const hint = h("p", { class: "soft" }, "Your words take its place, and count as confirmed: almost certainly what you want.");
+  const hint = h("p", { class: "soft" }, "Your words replace it, and count as confirmed: almost certainly what you want.");
   const rewording = h("div", { class: "rewording", hidden: true }, form, hint);
   const reword = h(
     "button",
@@ -56,7 +56,7 @@ function corrections(goal, correct) {
         if (!rewording.hidden) form.querySelector("input").focus();
       },
     },
-    "Say it otherwise",
+    "Reword it",
   );
   const buttons = h(
     "div",
@@ -84,7 +84,7 @@ export function wordsForm(label, value, button, send) {
 }
 
 function evidence(id, goal, round, goesOn) {
-  const box = h("div", { class: "evidence", "aria-live": "polite" }, h("p", { class: "soft" }, "Looking up the reasons\u2026"));
+  const box = h("div", { class: "evidence", "aria-live": "polite" }, h("p", { class: "soft" }, "Loading the reasons\u2026"));
   const load = async () => {
     try {
       const { reasons } = await api.why(id, goal, round);
@@ -130,7 +130,7 @@ function reasonsTable(id, goal, reasons, goesOn) {
   const rest = goesOn ? [wordByWord(id, goal, reasons, cells)] : [];
   const meanings = COLUMNS.map(([name, meaning]) => h("li", {}, h("strong", {}, name), `: ${meaning}`));
   const told = changes.map((reason) =>
-    h("p", { class: "soft" }, `Before turn ${reason.turn} you may have changed your mind (${percent(reason.change)}): what was said earlier counts so much less.`),
+    h("p", { class: "soft" }, `You may have changed your mind before turn ${reason.turn} (${percent(reason.change)}), so earlier words count that much less.`),
   );
   return [table, ...told, ...rest, h("ul", { class: "meanings" }, ...meanings)];
 }
@@ -141,11 +141,11 @@ function wordByWord(id, goal, reasons, cells) {
     button.disabled = true;
     try {
       for (const [place, reason] of reasons.entries()) {
-        note.textContent = `Weighing the words, ${place + 1} of ${reasons.length}\u2026`;
+        note.textContent = `Scoring the words, ${place + 1} of ${reasons.length}\u2026`;
         const { words } = await api.words(id, goal, reason.turn);
         cells[place].replaceChildren(...words.map(([text, nats]) => coloured(text, nats)));
       }
-      note.textContent = "Underlined words speak for it, dashed ones against it.";
+      note.textContent = "Underlined words favour it; dashed ones count against it.";
       button.hidden = true;
     } catch (error) {
       note.textContent = error.message;

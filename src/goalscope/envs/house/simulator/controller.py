@@ -129,7 +129,7 @@ def start_thor(scene: str, unity: str | None = None) -> Controller:
     options: dict[str, Any] = {}
     if unity is not None:
         if not os.access(unity, os.X_OK) or Path(unity).is_dir():
-            raise InvalidInputError(f"{unity} is no program that can be run; name a Unity build.")
+            raise InvalidInputError(f"{unity} is not an executable program. Name a Unity build.")
         options = {
             "local_executable_path": shlex.quote(unity),
             "x_display": os.environ.get("DISPLAY", ":0"),

@@ -190,7 +190,9 @@ class _Room:
                 raise InvalidInputError(f"{label}: this label is taken. Choose another.")
         refuse_unknown(row, _KEYS, label)
         if len([key for key in _PLACES if key in row]) != 1:
-            raise InvalidInputError(f"{label}: give exactly one of the keys {', '.join(_PLACES)}.")
+            raise InvalidInputError(
+                f"{label}: expected exactly one of the keys {', '.join(_PLACES)}."
+            )
         if name in _BASINS and "at" in row:
             raise InvalidInputError(f"{label}: it must be in a {_BASINS[name]}, not 'at' a place.")
         if "controls" in row and (name != "StoveKnob" or not isinstance(row["controls"], str)):
@@ -216,7 +218,7 @@ class _Room:
                 raise InvalidInputError(f"{label}: it must be in a {_BASINS[kind.name]}.")
             return (x, area.high(1) - size[1] + 0.01, z)
         if not host["receptacle"]:
-            raise InvalidInputError(f"{label}: {name} is no receptacle. Choose another.")
+            raise InvalidInputError(f"{label}: {name} is not a receptacle. Choose another.")
         inside = [self.objects[each] for each in host["receptacleObjectIds"]]
         if name in SINGLE:
             if inside or SINGLE[name] not in ("", kind.name):

@@ -1,4 +1,4 @@
-"""Scenes: those of goalscope, those in a folder of the user's, and files, which are checked."""
+"""Scenes: built-in, from the user's folder, or from files, which are validated."""
 
 from __future__ import annotations
 
@@ -61,7 +61,7 @@ def read_scene(path: str | Path) -> Scene:
 
 
 def known_scenes() -> dict[str, Callable[[], Scene]]:
-    """Readers of all scenes by name: those of goalscope, and those in `scenes_folder()`.
+    """Readers of all scenes by name: built-in ones, and those in `scenes_folder()`.
 
     A file's scene goes by the file's name without its endings; ours go before files of their names.
     """
@@ -98,27 +98,27 @@ def scenes_folder() -> Path:
 
 
 def import_scene(path: Path, name: str | None = None, *, force: bool = False) -> tuple[str, Scene]:
-    """Check a scene file and keep it in `scenes_folder()`, whole or not at all.
+    """Check a scene file and save it in `scenes_folder()`, completely or not at all.
 
     Args:
         path: See `read_scene`.
-        name: What to call it; None takes the file's name without its endings.
+        name: Name of the scene; by default, the file's name without suffixes.
         force: Replace a scene of this name that was imported before.
 
     Returns:
         The name, by which `load_scene` now finds it, and the scene.
 
     Raises:
-        InvalidInputError: The file is no scene, the agent could stand nowhere in it, the name has
-            other characters than letters, digits, "_" and "-" or is taken, or the folder cannot be
-            written.
+        InvalidInputError: The file is not a scene, the agent cannot stand anywhere in it, the name
+            is taken or has characters other than letters, digits, "_" and "-", or the folder is not
+            writable.
     """
     scene = read_scene(path)
     State(scene)
     title = name or path.name.partition(".")[0]
     if not re.fullmatch(r"[A-Za-z0-9_-]{1,80}", title):
         raise InvalidInputError(
-            f"{title!r} cannot be a scene's name; use letters, digits, _ and -."
+            f"{title!r} is not a valid scene name. Use letters, digits, _ and -."
         )
     folder = scenes_folder()
     _check_is_free(title, force)
@@ -132,8 +132,8 @@ def import_scene(path: Path, name: str | None = None, *, force: bool = False) ->
         with suppress(OSError):
             part.unlink(missing_ok=True)
         raise InvalidInputError(
-            f"The scene cannot be kept in {folder}: {error.strerror}. Set GOALSCOPE_SCENES to a "
-            "folder that can be written."
+            f"Cannot save the scene in {folder}: {error.strerror}. Set GOALSCOPE_SCENES to a "
+            "writable folder."
         ) from None
     return title, scene
 
@@ -141,26 +141,26 @@ def import_scene(path: Path, name: str | None = None, *, force: bool = False) ->
 def _check_is_free(title: str, force: bool) -> None:
     if title in _own():
         raise InvalidInputError(
-            f"{title!r} is the name of one of goalscope's own scenes; give another with --name."
+            f"{title!r} is the name of a built-in scene. Choose another with --name."
         )
     taken = [path.name for path in _kept() if path.name.partition(".")[0] == title]
     others = [each for each in taken if each != f"{title}.json.gz"]
     if others:
         raise InvalidInputError(
-            f"The scene {title!r} is there already, as {others[0]} in {scenes_folder()}. Remove "
-            "that file, or give another name with --name."
+            f"The scene {title!r} already exists as {others[0]} in {scenes_folder()}. Remove "
+            "that file, or choose another name with --name."
         )
     if taken and not force:
         raise InvalidInputError(
-            f"The scene {title!r} is there already. Replace it with --force, or give another name "
-            "with --name."
+            f"The scene {title!r} already exists. Replace it with --force, or choose another "
+            "name with --name."
         )
 
 
 def load_scene(name: str) -> Scene:
     """The scene of this name ("Kitchen1"), or in this file ("scenes/FloorPlan1_physics.json.gz").
 
-    Upper and lower case are one where only one scene has such a name.
+    Case is ignored if the name is unambiguous.
 
     Raises:
         InvalidInputError: There is no such scene, or its file cannot be used.
@@ -175,7 +175,7 @@ def load_scene(name: str) -> Scene:
     if "." in name or "/" in name:
         return read_scene(name)
     raise InvalidInputError(
-        f"There is no scene {name!r}. There are: {', '.join(scenes)}; or give a file. "
+        f"There is no scene {name!r}. Choose one of {', '.join(scenes)}, or name a file. "
         "`goalscope house import FILE` adds more."
     )
 
@@ -191,7 +191,7 @@ def _json(path: Path) -> Any:
     except (OSError, EOFError, zlib.error) as error:
         reason = getattr(error, "strerror", None) or error
         raise InvalidInputError(
-            f"The scene {path.name} cannot be read: {reason}. Give the path of a JSON file."
+            f"Cannot read the scene {path.name}: {reason}. Name a JSON file."
         ) from None
     except (ValueError, RecursionError) as error:
         raise InvalidInputError(f"The scene {path.name} is not valid JSON: {error}.") from None

@@ -1,4 +1,4 @@
-"""The embedded house: a scene that takes AI2-THOR's actions and answers with its metadata."""
+"""The embedded house: a simulator with AI2-THOR's actions and metadata."""
 
 from __future__ import annotations
 
