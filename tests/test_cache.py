@@ -182,12 +182,12 @@ def test_something_else_is_left_alone(file: Path) -> None:
         CachedModel(Weighed(), file)
     assert file.read_bytes() == before
     file.write_text("my notes, which are no database at all")
-    with pytest.raises(GoalscopeError, match="cannot be used"):
+    with pytest.raises(GoalscopeError, match="Cannot use"):
         CachedModel(Weighed(), file)
 
 
 def test_a_folder_in_the_way_is_a_clear_error(tmp_path: Path) -> None:
-    with pytest.raises(GoalscopeError, match="cannot be used"):
+    with pytest.raises(GoalscopeError, match="Cannot use"):
         CachedModel(Weighed(), tmp_path)
 
 

@@ -419,7 +419,7 @@ def test_usage_adds_up_and_ignores_what_is_no_number() -> None:
 )
 def test_several_models_or_none_ask_for_a_name(data: object, said: str) -> None:
     server = asked(Replay(answer(200, {"data": data})), URL)
-    with pytest.raises(ModelError, match=f"several models: {said}.*#MODEL"):
+    with pytest.raises(ModelError, match=f"these models: {said}.*#MODEL"):
         _ = server.model
 
 
