@@ -263,7 +263,7 @@ def test_json_follows_its_schema(llama: Transformers, temperature: float, seed: 
     assert answer["n"] in {"milk", "é", "🥛"}
     assert answer["ok"] in {True, False}
     assert reply.finish == "stop"
-    with pytest.raises(ModelError, match="cannot be compiled|grammar"):
+    with pytest.raises(ModelError, match="cannot be compiled"):
         llama.grammar({"type": "nonsense"})
 
 
