@@ -120,7 +120,7 @@ def test_the_only_gguf_file_is_fetched_listed_and_not_fetched_twice(
     ("arguments", "said"),
     [
         (("owner/two",), "a.gguf, b.gguf. Name one"),
-        (("owner/none",), "several GGUF files: none"),
+        (("owner/none",), "these GGUF files: none"),
         (("owner/one", "missing.gguf"), "no file missing.gguf"),
         (("owner/nowhere",), "owner/nowhere"),
         (("owner/nowhere", "x.gguf"), "owner/nowhere"),

@@ -181,7 +181,7 @@ class Server:
             if not self._model and len(mine) != 1:
                 names = ", ".join(str(m["id"]) for m in mine[:20]) or "none"
                 raise ModelError(
-                    f"{self.url} has several models: {names}. Choose one with {self.url}#MODEL."
+                    f"{self.url} has these models: {names}. Choose one with {self.url}#MODEL."
                 )
             self._facts = mine[0] if mine else {"id": self._model}
         return self._facts

@@ -41,7 +41,7 @@ def pull(repository: str, file: str | None = None) -> Path:
             found = [name for name in names if name.endswith(".gguf")]
             if len(found) != 1:
                 shown = ", ".join(found[:40]) or "none"
-                raise InvalidInputError(f"{repository} has several GGUF files: {shown}. Name one.")
+                raise InvalidInputError(f"{repository} has these GGUF files: {shown}. Name one.")
             file = found[0]
         return Path(hub.hf_hub_download(repository, file))
     except LocalEntryNotFoundError as error:
