@@ -183,7 +183,7 @@ def test_something_else_is_left_alone(file: Path, tmp_path: Path) -> None:
     assert file.read_bytes() == before
     file.write_text("my notes, which are no database at all")
     for other in (file, tmp_path):
-        with pytest.raises(GoalscopeError, match="cannot be used"):
+        with pytest.raises(GoalscopeError, match="Cannot use"):
             CachedModel(Weighed(), other)
 
 
