@@ -209,7 +209,7 @@ def test_infer_leaves_foreign_files_alone(tmp_path):
 def test_one_process_at_a_time_infers_into_a_file(tmp_path, words):
     file, out = rows_file(tmp_path, ROW), tmp_path / "out.jsonl"
     with sole(out):
-        assert "Another process adds to" in fails(2, "infer", file, "--out", out)
+        assert "Another process is writing to" in fails(2, "infer", file, "--out", out)
     assert not out.exists()
     assert invoke("infer", file, "--out", out).exit_code == 0
 

@@ -75,7 +75,7 @@ def test_a_fingerprint_tells_states_apart(garden: Environment) -> None:
         ("resolve", lambda *_: Resolution(), "`resolve` must give actions, or say why not, for "),
         ("offers", lambda self, text, limit: 1 / 0, r"`offers` fails \(.*ZeroDivisionError"),
         ("status", lambda self: None, r"`status\(\)` must be a text"),
-        ("answer", lambda *_: 5, "`answer` must return a text, not 5"),
+        ("answer", lambda *_: 5, "`answer` must give a text, not 5"),
         ("fingerprint", lambda self: 5, r"`fingerprint\(\)` must be a text, not 5"),
         ("undo", lambda *_: Resolution(), "`undo` must bring the state back, or say what it"),
     ],

@@ -313,7 +313,7 @@ def test_games_are_read_with_their_scenes(tmp_path: Path) -> None:
     with pytest.raises(InvalidInputError, match=r"line 1: not a TEACh game .*'final_objects'"):
         replay_games(path, tmp_path, agreement)
     write(path, [game("Open Fridge") | {"world": "Nowhere"}])
-    with pytest.raises(InvalidInputError, match=r"Nowhere\.json\.gz cannot be read"):
+    with pytest.raises(InvalidInputError, match=r"Cannot read the scene Nowhere\.json\.gz"):
         replay_games(path, tmp_path, agreement)
 
 

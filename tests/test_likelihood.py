@@ -121,7 +121,7 @@ def test_what_is_no_text_is_refused_and_changes_nothing(bad: Any) -> None:
         ({"goals": "bake cake"}, "goals must be a list"),
         ({"goals": {"cake": "bake a cake"}}, r"not a dict.* such as goals=list\(d\.values\(\)\)"),
         ({"likelihood": "goal-last"}, "likelihood"),
-        ({"calibration": "papr"}, "name paper, default, last-turn, or a file"),
+        ({"calibration": "papr"}, "Name paper, default, last-turn, or a file"),
         ({"calibration": 2.0}, "one of paper, default, last-turn"),
         ({"calibration": {}}, "one of paper, default, last-turn"),
     ],

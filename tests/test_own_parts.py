@@ -68,7 +68,10 @@ class Named(Uncalibrated):
     [
         (Fixed, r"give an instance, Fixed\(...\)"),
         ("words", "no method log_likelihood"),
-        (Uncalibrated(), "calibration must be a Calibration, such as PAPER, not None"),
+        (
+            Uncalibrated(),
+            "calibration of Uncalibrated must be a Calibration, such as PAPER, not None",
+        ),
         (Named(), "not 'paper'"),
     ],
 )

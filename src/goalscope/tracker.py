@@ -109,7 +109,7 @@ class GoalTracker:
         self.likelihood = likelihood or RolePlay(model or embedded_scorer())
         self._busy = RLock()
         self.turns: list[Turn] = []
-        self.belief = Belief.uniform(given, named or self.likelihood.calibration)
+        self.belief = Belief.uniform(given, named or _calibration_of(self.likelihood))
 
     def __getstate__(self) -> dict[str, Any]:
         """All but the lock; a copy gets its own."""
@@ -432,10 +432,17 @@ def _unusable(likelihood: object) -> str:
         return f"it is a class; give an instance, {likelihood.__name__}(...)"
     if not hasattr(likelihood, "log_likelihood"):
         return "it has no method log_likelihood; see goalscope.likelihood.Likelihood"
-    found = getattr(likelihood, "calibration", None)
-    if not isinstance(found, Calibration):
-        return f"its attribute calibration must be a Calibration, such as PAPER, not {found!r}"
     return ""
+
+
+def _calibration_of(likelihood: Likelihood) -> Calibration:
+    found = cast("object", getattr(likelihood, "calibration", None))
+    if not isinstance(found, Calibration):
+        raise InvalidInputError(
+            f"The attribute calibration of {type(likelihood).__name__} must be a Calibration, such "
+            f"as PAPER, not {found!r}."
+        )
+    return found
 
 
 def _wrong(model: LikelihoodModel) -> str:

@@ -400,7 +400,7 @@ def test_a_read_only_file_stops_a_run_and_is_as_it_was(
         assert lives.live(unprivileged, folder, life.__name__) == 1
         said = (folder / "errors").read_text()
         assert "Traceback" not in said
-        assert "written" in said.splitlines()[-1] or "opened" in said.splitlines()[-1], said
+        assert "not writable" in said.splitlines()[-1] or "opened" in said.splitlines()[-1], said
         assert file.read_bytes() == before
         os.chmod(folder, 0o777)
         os.chmod(file, 0o666)

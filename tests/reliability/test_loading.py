@@ -160,7 +160,7 @@ def test_a_model_folder_runs_nothing(name: str, tmp_path: Path) -> None:
             torch.save({"x": Touches(mark)}, file)
         else:
             file.write_bytes(pickle.dumps(Touches(mark)))
-    with pytest.raises(ModelError, match="cannot be loaded"):
+    with pytest.raises(ModelError, match="Cannot load"):
         Transformers(folder, device="cpu")
     assert not mark.exists()
 

@@ -169,5 +169,5 @@ def test_a_file_of_beliefs_goes_on_with_what_it_was_begun_with_or_not_at_all(
     refused = invoke("infer", file, "--out", out)
     assert refused.exit_code == 2
     changed = "weights" if what == "model" else what.split()[0]
-    assert f"made with {changed} " in refused.stderr
+    assert f"written with {changed} " in refused.stderr
     assert out.read_bytes() == begun
