@@ -326,3 +326,12 @@ def test_the_command_line_takes_an_address(server, monkeypatch):
 )
 def test_other_addresses_are_refused(address, said):
     assert said in refused(address)
+
+
+def test_the_home_folder_is_found_without_a_shell(tmp_path, monkeypatch):
+    monkeypatch.setenv("HOME", str(tmp_path))
+    with Store.open("~/goals.db") as store:
+        store.begin(**EPISODE)
+    assert (tmp_path / "goals.db").is_file()
+    with pytest.raises(GoalscopeError, match="no home folder"):
+        Store.open("~nobody-of-this-name/goals.db")

@@ -25,7 +25,7 @@ from goalscope.store import Store
 from goalscope.study import plan
 from goalscope.study.items import DID, LEFT, chosen_episodes, item_of
 from goalscope.study.plan import Plan, read_plan
-from goalscope.study.store import StudyStore, assigned
+from goalscope.study.store import Answer, StudyStore, assigned
 from goalscope.study.summary import as_csv, krippendorff_alpha, study_tables
 from goalscope.types import TRACKING, Action, ConflictError, InvalidInputError, StepResult, Turn
 from test_summary import column, row
@@ -394,3 +394,9 @@ def test_a_report_shows_what_people_said(tmp_path):
     assert [table.title for table in section.tables[1:]] == [
         "Study s: how far it is", "Study s: methods", "Study s: episodes",
     ]  # fmt: skip
+
+
+def test_a_clock_that_was_set_back_gives_no_time() -> None:
+    answer = Answer(1, 1, 2, "", 1, "2026-11-01T10:00:00+00:00", "2026-11-01T09:00:09+00:00", "e")
+    assert answer.seconds is None
+    assert replace(answer, answered="2026-11-01T10:00:09+00:00").seconds == 9.0

@@ -139,6 +139,15 @@ def test_strangers_need_no_password_for_a_study_and_see_nothing_else(address: st
     )
 
 
+@pytest.mark.parametrize(
+    "id",
+    ["{{%PROLIFIC_PID%}}", "${workerId}", "${e://Field/PROLIFIC_PID}", "%SURVEY_CODE%", "[ID]"],
+)
+def test_a_placeholder_that_nobody_filled_in_is_no_id(address: str, id: str) -> None:
+    lacks = httpx.get(f"{address}{HOME}", params={"id": id})
+    assert (lacks.status_code, "did not fill in your id" in lacks.json()["error"]) == (400, True)
+
+
 def test_an_id_goes_on_only_in_its_own_browser(address: str, visit) -> None:
     ann, thief, ben = (visit(address) for _ in range(3))
     ann.http.params = thief.http.params = {"id": "5f"}

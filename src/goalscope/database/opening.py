@@ -102,7 +102,7 @@ def opened(place: str | Path) -> tuple[str, Engine]:
         name = url.set(query={}).render_as_string().replace("+psycopg", "", 1)
         engine = _server(url)
     else:
-        engine = _file(Path(place))
+        engine = _file(_at_home(Path(place)))
     try:
         with explained(name):
             _prepare(engine, name)
@@ -110,6 +110,20 @@ def opened(place: str | Path) -> tuple[str, Engine]:
         engine.dispose()
         raise
     return name, engine
+
+
+def _at_home(file: Path) -> Path:
+    """The file; `~` is the home folder, also where no shell has replaced it.
+
+    Raises:
+        GoalscopeError: There is no such home.
+    """
+    try:
+        return file.expanduser()
+    except RuntimeError:
+        raise GoalscopeError(
+            f"There is no home folder for {file}. Name the file by its whole path with --store."
+        ) from None
 
 
 def opened_in_memory(copied: Path | None = None) -> tuple[str, Engine]:

@@ -184,7 +184,7 @@ def data_folder(given: Path | None) -> Path:
             "Name the folder of the datasets with --data, or in the environment variable "
             "GOALSCOPE_DATA. `goalscope data list` shows which files belong there."
         )
-    if not (folder := Path(named)).is_dir():
+    if not (folder := Path(os.path.expanduser(named))).is_dir():
         raise InvalidInputError(
             f"There is no folder {folder} for the datasets. Name another one with --data, or "
             "in the environment variable GOALSCOPE_DATA."

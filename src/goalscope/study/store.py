@@ -69,11 +69,11 @@ class Answer:
 
     @property
     def seconds(self) -> float | None:
-        """Seconds from the first view to the first rating."""
+        """Seconds from the first view to the first rating; None if a clock was set back."""
         if self.opened is None or self.answered is None:
             return None
         between = datetime.fromisoformat(self.answered) - datetime.fromisoformat(self.opened)
-        return between.total_seconds()
+        return between.total_seconds() if between >= timedelta() else None
 
 
 @dataclass(frozen=True, slots=True)

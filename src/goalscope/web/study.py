@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import pathlib
+import re
 from dataclasses import asdict
 from typing import Annotated
 
@@ -85,8 +86,16 @@ def _id(id: Annotated[str, Query(max_length=MAX_LENGTH)] = "") -> str:
         raise InvalidInputError(
             "Your id is missing from the address. Please open the link that you were given."
         )
+    if _PLACEHOLDER.search(id):
+        raise InvalidInputError(
+            "The site that sent you here did not fill in your id. Please go back and open the link "
+            "there again."
+        )
     return id.strip()
 
+
+_PLACEHOLDER = re.compile(r"[{}]|^\s*(?:%\w+%|<\w+>|\[\w+\])\s*$")
+"""What sites leave in a link that they did not fill in: {{%PROLIFIC_PID%}}, ${workerId}, %ID%."""
 
 Id = Annotated[str, Depends(_id)]
 
