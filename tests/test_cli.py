@@ -16,7 +16,7 @@ from goalscope.calibration import DEFAULT, LAST_TURN, PAPER, calibration_from_js
 from goalscope.calibrations import keep_calibration
 from goalscope.cli.main import app
 from goalscope.cli.models import _engine
-from goalscope.experiment.run import sole
+from goalscope.experiment.locking import sole
 from goalscope.models.engine import READY, Engine
 from goalscope.types import UNSPECIFIED, Goal
 from lives import CATALOGUE

@@ -9,8 +9,8 @@ import pytest
 
 from goalscope.cli.tables import show_tables
 from goalscope.experiment import identity, work
+from goalscope.experiment.locking import sole
 from goalscope.experiment.results import Results
-from goalscope.experiment.run import sole
 from goalscope.experiment.summary import Estimate, Table
 from goalscope.stats import Interval
 from goalscope.types import ModelError

@@ -226,9 +226,10 @@ def _run(
 ) -> None:
     from goalscope.datasets import named_folder
     from goalscope.experiment.identity import opened
+    from goalscope.experiment.locking import sole
     from goalscope.experiment.plan import judging, specs_of
     from goalscope.experiment.results import Results
-    from goalscope.experiment.run import check_packages, run, sole
+    from goalscope.experiment.run import check_packages, run
     from goalscope.experiment.tables import first_attempts, tables_of
 
     if on not in (None, "dask") and not re.match(r"\w+://[^/]+:\d+$", on or ""):

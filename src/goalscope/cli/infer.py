@@ -52,7 +52,7 @@ def infer(
 
     from goalscope.calibrations import calibration_named
     from goalscope.experiment.identity import own_identity
-    from goalscope.experiment.run import sole
+    from goalscope.experiment.locking import sole
     from goalscope.infer import infer as infer_dialogues
     from goalscope.infer import read_dialogues, trim_output
     from goalscope.likelihood import DEFAULT_LAYOUT, RolePlay

@@ -4,12 +4,9 @@ from __future__ import annotations
 
 import json
 from collections.abc import Generator, Iterator, Mapping, Sequence
-from contextlib import closing, contextmanager
+from contextlib import closing
 from dataclasses import dataclass
-from pathlib import Path
 from typing import Any
-
-from filelock import FileLock, Timeout
 
 from goalscope.experiment.identity import identity_of
 from goalscope.experiment.plan import Experiment, judging
@@ -17,9 +14,9 @@ from goalscope.experiment.results import Cell, Results
 from goalscope.experiment.work import measure, perform
 from goalscope.extras import package
 from goalscope.rounds_json import dumps
-from goalscope.types import GoalscopeError, InvalidInputError
+from goalscope.types import GoalscopeError
 
-__all__ = ["Done", "check_packages", "run", "sole"]
+__all__ = ["Done", "check_packages", "run"]
 
 _FAILURES = 5
 """Number of failures in a row after which the run stops."""
@@ -50,30 +47,6 @@ def check_packages() -> None:
     """
     for module in ("bm25s", "scipy.stats", "sklearn.feature_extraction.text"):
         package(module, "Experiments need", GoalscopeError)
-
-
-@contextmanager
-def sole(file: Path) -> Generator[None]:
-    """Lock a file of results or beliefs against other writers.
-
-    Raises:
-        InvalidInputError: Another process holds the lock.
-    """
-    lock = FileLock(f"{file}.lock")
-    try:
-        lock.acquire(blocking=False)
-    except Timeout:
-        raise InvalidInputError(
-            f"Another process is writing to {file}. Wait for it to finish, or stop it."
-        ) from None
-    except OSError as error:
-        raise InvalidInputError(
-            f"Cannot write {file}: {error.strerror or error}. Name another place."
-        ) from None
-    try:
-        yield
-    finally:
-        lock.release()
 
 
 def run(
