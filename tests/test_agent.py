@@ -6,7 +6,7 @@ import pytest
 
 from fakes import GOALS, QUESTION, LampRoom, RefusesAll, WordModel
 from goalscope.agent import NO_ANSWER, Agent, run_episode
-from goalscope.calibration import DEFAULT, LAST_TURN, PAPER
+from goalscope.calibration import DEFAULT, PAPER
 from goalscope.dialog import (
     AGREES,
     DECLINES,
@@ -85,7 +85,7 @@ def test_resumed_agent_goes_on_where_it_was(method) -> None:
     a, b = (agent.step("And now?", "more light please") for agent in (first, second))
     assert a.results == b.results
     if a.belief is not None and b.belief is not None:
-        assert a.belief.probability == pytest.approx(b.belief.probability)
+        assert dict(a.belief.top()) == pytest.approx(dict(b.belief.top()))
 
 
 def test_no_goals_acts_on_the_words_alone() -> None:
@@ -162,15 +162,6 @@ def test_long_turns_leave_room_in_every_prompt() -> None:
     assert recent(model, turns, 8) == turns[-4:]
     (cut,) = recent(model, [Turn("", "word " * 5000)], 8)
     assert 300 < len(cut.utterance.split()) < 450
-
-
-@pytest.mark.parametrize(("method", "used"), [("good", DEFAULT), ("no-inference", LAST_TURN)])
-def test_a_calibration_is_the_role_plays_and_not_the_rankings(method, used) -> None:
-    replies = {**REPLIES, **RANKS}
-    agent = Agent(LampRoom(), WordModel(replies), method=method, calibration=DEFAULT)
-    round = agent.step("What?", "lamp light please")
-    assert round.belief is not None
-    assert round.belief.calibration == used
 
 
 def test_orders_are_followed_where_no_goal_is_known_and_nothing_is_guessed_for_them() -> None:

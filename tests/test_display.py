@@ -24,6 +24,7 @@ from goalscope.episode import Round
 from goalscope.models.llamacpp import embedded_path
 from goalscope.models.native import Weights
 from goalscope.orders import Order, Reading
+from goalscope.ranking import Ranking
 from goalscope.safe_text import model_shown, terminal_safe
 from goalscope.store import EpisodeInfo
 from goalscope.types import UNSPECIFIED, Action, Goal, GoalChange, StepResult, Turn
@@ -142,8 +143,8 @@ def test_many_goals_are_summed_up():
 
 
 def test_an_order_is_shown_as_no_more_than_that():
-    ranked = Belief.uniform([Goal(f"goal {i}") for i in range(9)]).observe(-np.arange(9.0))
-    text = drawn(show_round, a_round(belief=ranked), order=True)
+    ranked = Ranking(tuple(Goal(f"goal {i}") for i in range(9)))
+    text = drawn(show_round, a_round(belief=ranked))
     lines = text.partition("The model's order")[2].splitlines()[1:10]
     assert [line.split() for line in lines[:8]] == [[str(i + 1), "goal", str(i)] for i in range(8)]
     assert lines[8].split() == ["and", "1", "more"]

@@ -22,6 +22,7 @@ LAYERS = [
         "calibrations",
         "cues",
         "occasions",
+        "ranking",
     },
     {
         "likelihood",
@@ -34,7 +35,7 @@ LAYERS = [
         "modules",
         "why",
     },
-    {"advice", "agent", "episode", "executor", "judge", "tracker"},
+    {"advice", "agent", "episode", "executor", "judge", "ranker", "tracker"},
     {"database", "rounds_json", "store", "infer", "domains", "datasets"},
     {"session", "tracking", "display", "benchmarks", "calibrating"},
     {"experiment"},

@@ -10,7 +10,7 @@ import pytest
 from fakes import WordModel
 from goalscope.calibration import DEFAULT, LAST_TURN, PAPER, Calibration
 from goalscope.goals import irrelevant
-from goalscope.likelihood import GOAL_TOKENS, PromptedRanking, RolePlay
+from goalscope.likelihood import GOAL_TOKENS, RolePlay
 from goalscope.tracker import GoalTracker
 from goalscope.types import UNSPECIFIED, Goal, InvalidInputError, ModelError, Turn
 
@@ -178,12 +178,6 @@ def test_a_tracker_shows_its_goals_and_the_number_of_turns() -> None:
     assert len(repr(tracker.add(f"goal {n}" for n in range(100)))) < 200
 
 
-def test_prompted_ranking_is_what_the_model_answers() -> None:
-    ranking = PromptedRanking(WordModel({"the most likely": '"2"', "the least likely": '"1"'}))
-    row = ranking.log_likelihood("t", [CAKE, SOUP, UNSPECIFIED], TURNS[:1])
-    assert row.tolist() == [[-2.0, 0.0, -1.0]]
-
-
 def test_a_tracker_believes_as_its_likelihood_is_calibrated_unless_told_otherwise(
     monkeypatch,
 ) -> None:
@@ -203,13 +197,6 @@ def test_a_tracker_believes_as_its_likelihood_is_calibrated_unless_told_otherwis
     assert tracker.belief.calibration == Calibration(temperature=7.0)
     told = GoalTracker(likelihood=roleplay, goals=["bake cake"], calibration=PAPER)
     assert told.add(["cook soup"]).calibration is PAPER
-
-
-def test_a_ranking_counts_for_its_turn_alone() -> None:
-    ranking = PromptedRanking(WordModel({"the most likely": '"2"', "the least likely": '"1"'}))
-    tracker = GoalTracker(likelihood=ranking, goals=["bake cake"])
-    one = tracker.observe("Yes?", "cake").probability
-    assert tracker.observe("Yes?", "cake").probability == pytest.approx(one)
 
 
 def test_unknown_layout_is_refused() -> None:

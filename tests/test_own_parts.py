@@ -9,7 +9,7 @@ from fakes import LampRoom, WordModel
 from goalscope.calibration import PAPER
 from goalscope.envs import Resolution
 from goalscope.goals import GoalManager
-from goalscope.likelihood import PromptedRanking, RolePlay
+from goalscope.likelihood import RolePlay
 from goalscope.orders import Order, Reading
 from goalscope.tracker import GoalTracker
 from goalscope.types import (
@@ -94,25 +94,6 @@ def test_trackers_without_a_model_share_one() -> None:
     assert isinstance(one.likelihood, RolePlay)
     assert isinstance(two.likelihood, RolePlay)
     assert one.likelihood.model is two.likelihood.model
-
-
-def ranked() -> GoalTracker:
-    """A tracker by ranking, after two turns with two goals of which one is pinned."""
-    tracker = GoalTracker(goals=[TEA], likelihood=PromptedRanking(WordModel({"likely": "2"})))
-    tracker.observe("What?", "Hot water.")
-    tracker.observe("What else?", "A cup.")
-    tracker.pin(TEA)
-    tracker.add([CAKE])
-    return tracker
-
-
-def test_a_ranking_has_a_row_for_each_turn_and_keeps_what_was_pinned() -> None:
-    tracker = ranked()
-    assert tracker.belief.log_likelihood.shape == (2, 3)
-    assert tracker.belief.pinned == ((2, TEA),)
-    assert dict(tracker.belief.top())[TEA] >= 0.99
-    manager = GoalManager(Writes("read"), WordModel(), tracker.task)
-    tracker.manage(manager, [])
 
 
 class Writes:

@@ -4,8 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Callable, Generator, Iterator, Sequence
 from contextlib import contextmanager
+from copy import copy
 from dataclasses import replace
-from typing import Literal
+from typing import Any, Literal, cast
 
 from goalscope.belief import Belief
 from goalscope.calibration import DEFAULT, Calibration
@@ -15,15 +16,17 @@ from goalscope.episode import Round, retracted
 from goalscope.executor import Execution, Executor
 from goalscope.goals import UNEXPLAINED, GoalManager, Trigger
 from goalscope.guards import UNSURE
-from goalscope.likelihood import Likelihood, PromptedRanking, RolePlay
+from goalscope.likelihood import Likelihood, RolePlay
 from goalscope.models import Model, OnText
 from goalscope.modules import Modules, modules_of
 from goalscope.orders import TELLING, Order, Reading, is_aside
 from goalscope.picking import Picker
 from goalscope.policy import Guess, Outcome, Want, undo
+from goalscope.ranker import Ranker
+from goalscope.ranking import Ranking
 from goalscope.reader import Exchange, Reader, reader_of
 from goalscope.standing import acting
-from goalscope.tracker import UNCORRECTABLE, Correction, GoalTracker
+from goalscope.tracker import Correction, GoalTracker
 from goalscope.types import (
     UNSPECIFIED,
     ConflictError,
@@ -121,7 +124,7 @@ class Agent:
             patience=patience,
         )
         self.rounds: list[Round] = []
-        self.tracker: GoalTracker | None = None
+        self.tracker: GoalTracker | Ranker | None = None
         self._corrections: list[GoalChange] = []
         self._uncorrected: list[tuple[Belief, list[GoalChange]]] = []
         if method == "good":
@@ -131,7 +134,7 @@ class Agent:
                 calibration=calibration or DEFAULT,
             )
         elif method == "no-inference":
-            self.tracker = GoalTracker(task=env.task, likelihood=PromptedRanking(model))
+            self.tracker = Ranker(model, env.task)
         elif method != "no-goals":
             raise InvalidInputError(
                 f'method must be "good", "no-goals" or "no-inference", not {method!r}'
@@ -139,8 +142,11 @@ class Agent:
         self._prior = self.belief
 
     @property
-    def belief(self) -> Belief | None:
-        """The belief as it is, with what was corrected since the last round; None without one."""
+    def belief(self) -> Belief | Ranking | None:
+        """The belief as it is, with what was corrected since the last round; None without one.
+
+        "no-inference" has a ranking in its place.
+        """
         return self.tracker.belief if self.tracker else None
 
     @property
@@ -269,8 +275,8 @@ class Agent:
             InvalidInputError: There is no such goal or no belief, or a text is empty or broken.
         """
         tracker = self.tracker
-        if tracker is None:
-            raise InvalidInputError(UNCORRECTABLE)
+        if not isinstance(tracker, GoalTracker):
+            raise InvalidInputError("This method has no belief that could be corrected.")
         before = (tracker.belief, self._corrections)
         self._corrections = [*self._corrections, *tracker.correct(correction, goal, text)]
         self._uncorrected.append(before)
@@ -282,7 +288,7 @@ class Agent:
         Raises:
             InvalidInputError: There is none.
         """
-        if self.tracker is None or not self._uncorrected:
+        if not isinstance(self.tracker, GoalTracker) or not self._uncorrected:
             raise InvalidInputError("There is no correction to take back.")
         self.tracker.belief, self._corrections = self._uncorrected.pop()
         return self.tracker.belief
@@ -314,20 +320,19 @@ class Agent:
             )
         self.rounds = list(rounds)
         self._corrections, self._uncorrected = [], []
-        if self.tracker and (prior := self._prior):
-            self.tracker.belief = last.belief if last and last.belief else prior
+        if self.tracker:
+            held = last.belief if last and last.belief else self._prior
+            self.tracker.belief = cast("Any", held)  # of the method's own kind
             self.tracker.turns = self.turns
 
     @contextmanager
     def _all_or_nothing(self) -> Generator[None]:
         """Restore the belief and the environment if an error ends the round."""
-        tracker = self.tracker
-        before = (tracker.belief, tracker.turns) if tracker else None
+        before = copy(self.tracker)
         try:
             yield
         except BaseException:
-            if tracker and before:
-                tracker.belief, tracker.turns = before
+            self.tracker = before
             undo(self.env, self._history)
             raise
 
@@ -371,8 +376,11 @@ class Agent:
             return [], []
         known = bool(self._stated)
         self._progress(f"scoring {pluralize(len(tracker.belief.goals), 'goal')}")
-        weight = _weight(reading, tracker.belief.calibration)
-        tracker.observe(turn.query, turn.utterance, weight=weight)
+        if isinstance(tracker, GoalTracker):
+            weight = _weight(reading, tracker.belief.calibration)
+            tracker.observe(turn.query, turn.utterance, weight=weight)
+        else:
+            tracker.observe(turn)
         orders = acting(reading.orders)
         aims = reading.tells("aim") or (reading.only_tells and not (known and reading.says_nothing))
         try:
@@ -419,7 +427,7 @@ class Agent:
 
     def _notes(self, reading: Reading, done: Execution, outcome: Outcome) -> Iterator[str]:
         """What the person should be told of a round."""
-        if self.tracker:
+        if isinstance(self.tracker, GoalTracker):
             yield from self.tracker.notes
         yield from dict.fromkeys(done.notes)
         failed = [*done.failed, *outcome.failed]
@@ -432,7 +440,7 @@ class Agent:
         for held in outcome.held:
             yield f"Held back until it is clear what you want: {held}."
         asked = any(each.do == "ask" and not (each.what or each.where) for each in reading.orders)
-        if asked and self.tracker and not isinstance(self.tracker.likelihood, PromptedRanking):
+        if asked and isinstance(self.tracker, GoalTracker):
             yield in_words(self.tracker.belief, self.tracker.turns)
 
 

@@ -13,6 +13,7 @@ from rich.panel import Panel
 from rich.table import Table
 from rich.text import Text
 
+from goalscope.ranking import Ranking
 from goalscope.safe_text import domain_shown, model_shown, terminal_safe
 from goalscope.types import TRACKING, UNSPECIFIED, Goal
 
@@ -96,21 +97,18 @@ def show_header(console: Console, info: EpisodeInfo) -> None:
     console.print(Panel(terminal_safe(info.task), title=terminal_safe(line), title_align="left"))
 
 
-def show_round(
-    console: Console, round: Round, previous: Belief | None = None, *, order: bool = False
-) -> None:
+def show_round(console: Console, round: Round, previous: Belief | Ranking | None = None) -> None:
     """Draw one round; see `show_understood`."""
-    show_understood(console, round, previous, order=order)
+    show_understood(console, round, previous)
     show_done(console, round)
 
 
 def show_understood(
     console: Console,
     round: Round,
-    previous: Belief | None = None,
+    previous: Belief | Ranking | None = None,
     *,
     transcript: bool = True,
-    order: bool = False,
 ) -> None:
     """Draw how the utterance was read, and the belief after it.
 
@@ -119,7 +117,6 @@ def show_understood(
         round: The round.
         previous: The belief before the round, for the arrows beside the bars.
         transcript: Whether to show the turn, which a person at this terminal has just typed.
-        order: See `show_belief`.
     """
     console.rule(f"Round {round.number}", align="left", style="dim")
     if transcript:
@@ -129,7 +126,7 @@ def show_understood(
         read = map(order_in_words, round.reading.orders)
         _rows(console, [(Text("-", "dim"), terminal_safe(line)) for line in read], "Understood")
     if round.belief is not None:
-        show_belief(console, round.belief, previous, order=order)
+        show_belief(console, round.belief, previous)
     signs = {"added": Text("+", "green"), "removed": Text("-", "red"), "pinned": Text("!", "cyan")}
     _rows(
         console,
@@ -379,16 +376,16 @@ def show_reasons(
 
 
 def show_belief(
-    console: Console, belief: Belief, previous: Belief | None = None, *, order: bool = False
+    console: Console, belief: Belief | Ranking, previous: Belief | Ranking | None = None
 ) -> None:
-    """Print the likeliest goals, numbered from 1, with their probabilities.
+    """Print the likeliest goals, numbered from 1, with their probabilities if there are any.
 
     Args:
         console: Where to print.
-        belief: The belief.
+        belief: The belief, or a ranking.
         previous: An earlier one; arrows show the change since.
-        order: Whether the goals are only ordered (see `PromptedRanking`), without probabilities.
     """
+    is_ranking = isinstance(belief, Ranking)
     before = dict(previous.top()) if previous is not None else {}
     full, empty, up, down = "#.^v" if console.options.ascii_only else "█░▲▼"
     table = Table.grid(padding=(0, 1))
@@ -403,19 +400,19 @@ def show_belief(
         if goal == UNSPECIFIED:
             name = Text("Unspecified (none of these)", "italic yellow")
         bar = Text(full * filled, "blue").append(empty * (BAR - filled), "dim")
-        if belief.pinned and goal == belief.pinned[-1][1]:
+        if not is_ranking and belief.pinned and goal == belief.pinned[-1][1]:
             turns = belief.pinned[-1][0]
             now = turns == len(belief.log_likelihood)
             when = "" if now else f" {_when(turns)}"
             name.append(f"  (you confirmed it{when})", "dim cyan")
-        held = [] if order else [bar, Text(f"{probability:6.1%}"), arrow]
+        held = [] if is_ranking else [bar, Text(f"{probability:6.1%}"), arrow]
         table.add_row(Text(str(number), "dim"), *held, name)
     if rest := ranked[SHOWN:]:
         share = sum(probability for _, probability in rest)
-        held = [] if order else ["", f"{share:6.1%}", ""]
+        held = [] if is_ranking else ["", f"{share:6.1%}", ""]
         table.add_row("", *held, Text(f"and {len(rest)} more", "dim"))
-    console.print(Text("The model's order" if order else "Belief", "bold"))
-    if belief.is_degenerate:
+    console.print(Text("The model's order" if is_ranking else "Belief", "bold"))
+    if not is_ranking and belief.is_degenerate:
         console.print("  No goal explains what was said.")
     else:
         console.print(Padding(table, (0, 0, 0, 2)))

@@ -13,6 +13,7 @@ from goalscope.types import GoalChange, StepResult, Turn
 
 if TYPE_CHECKING:
     from goalscope.belief import Belief
+    from goalscope.ranking import Ranking
 
 __all__ = ["Round", "retracted", "standing_after"]
 
@@ -24,7 +25,8 @@ class Round:
     Attributes:
         number: 1 for the first.
         turn: The agent's question and the person's reply.
-        belief: After goals were added and removed; None for the No Goals method.
+        belief: After goals were added and removed; a ranking for the No Inference method, None for
+            No Goals.
         changes: Goals that came and went, with reasons.
         results: Outcomes of the actions that stand, in order (undone plans are not in it).
         replans: How often a plan was impossible and made anew.
@@ -43,7 +45,7 @@ class Round:
 
     number: int
     turn: Turn
-    belief: Belief | None
+    belief: Belief | Ranking | None
     changes: tuple[GoalChange, ...]
     results: tuple[StepResult, ...] = ()
     replans: int = 0

@@ -8,10 +8,11 @@ from typing import Literal, Protocol
 import numpy as np
 
 from goalscope.belief import Belief, weighed
-from goalscope.likelihood import Likelihood, PromptedRanking
+from goalscope.likelihood import Likelihood
 from goalscope.models import LikelihoodModel
 from goalscope.models.scoring import logprobs_of
 from goalscope.prompts import render
+from goalscope.ranking import Ranking
 from goalscope.types import UNSPECIFIED, Goal, GoalChange, InvalidInputError, Turn, canonical
 
 __all__ = [
@@ -54,16 +55,16 @@ _DETERMINERS = frozenset(("a", "an", "the", "my", "your", "our", "his", "her", "
 """Words that make no difference between two goals."""
 
 
-def incomplete(belief: Belief, propose: Trigger = UNEXPLAINED, *, since: int = 0) -> bool:
+def incomplete(belief: Belief | Ranking, propose: Trigger = UNEXPLAINED, *, since: int = 0) -> bool:
     """Whether the person's goal seems to be missing from the belief.
 
     Args:
         belief: The present one; `UNSPECIFIED` is one of its goals.
-        propose: See `GoalManager`.
+        propose: See `GoalManager`; of a ranking, always as with "paper".
         since: Number of turns that the newest goals were proposed from. Those turns cannot test
             them: only later ones count.
     """
-    if propose == "paper":
+    if propose == "paper" or isinstance(belief, Ranking):
         return belief.top(1)[0][0] == UNSPECIFIED
     later = belief.since(since)
     return bool(later.probability[later.goals.index(UNSPECIFIED)] > propose + 1e-9)
@@ -148,15 +149,15 @@ class GoalManager:
 
     def added(
         self,
-        likelihood: Likelihood,
-        belief: Belief,
+        likelihood: Likelihood | None,
+        belief: Belief | Ranking,
         turns: Sequence[Turn],
         changes: Sequence[GoalChange],
     ) -> list[GoalChange]:
         """Goals to add.
 
         Args:
-            likelihood: Scores the candidates.
+            likelihood: Scores the candidates; None adds the first ones.
             belief: The present one.
             turns: The transcript.
             changes: All earlier changes. A goal that was removed as the least likely is a candidate
@@ -168,7 +169,7 @@ class GoalManager:
         past = {canonical(change.goal.text): change.goal for change in removed}
         return propose(
             self.proposer,
-            None if isinstance(likelihood, PromptedRanking) else likelihood,
+            likelihood,
             self.task,
             turns,
             [*belief.goals, *ruled_out],
@@ -177,7 +178,11 @@ class GoalManager:
         )
 
     def removed(
-        self, beliefs: Sequence[Belief], turns: Sequence[Turn], *, given: Collection[Goal] = ()
+        self,
+        beliefs: Sequence[Belief | Ranking],
+        turns: Sequence[Turn],
+        *,
+        given: Collection[Goal] = (),
     ) -> list[GoalChange]:
         """Goals to remove: the irrelevant, the unsafe, and the one that stays the least likely.
 
@@ -334,7 +339,7 @@ def irrelevant(
     ]
 
 
-def overdue(beliefs: Sequence[Belief], patience: int) -> list[GoalChange]:
+def overdue(beliefs: Sequence[Belief | Ranking], patience: int) -> list[GoalChange]:
     """The goal that was the least likely for more than `patience` rounds in a row, if any.
 
     Args:
@@ -354,7 +359,7 @@ def overdue(beliefs: Sequence[Belief], patience: int) -> list[GoalChange]:
     return [GoalChange("removed", worst, f"the least likely for {streak} rounds in a row")]
 
 
-def _least_likely(belief: Belief) -> Goal | None:
+def _least_likely(belief: Belief | Ranking) -> Goal | None:
     """The least likely specified goal; None where there are fewer than two to compare."""
     ranked = [goal for goal, _ in belief.top() if goal != UNSPECIFIED]
     return ranked[-1] if len(ranked) > 1 else None

@@ -9,14 +9,14 @@ from typing import Any, Literal, Protocol, cast
 import numpy as np
 import numpy.typing as npt
 
-from goalscope.calibration import LAST_TURN, Calibration
+from goalscope.calibration import Calibration
 from goalscope.calibrations import known_calibration
-from goalscope.models import Generator, LikelihoodModel
+from goalscope.models import LikelihoodModel
 from goalscope.models.adapters import FITTED_LAYOUT, NO_ADAPTER
 from goalscope.models.opening import parts
 from goalscope.models.scoring import logprobs_of
 from goalscope.plain_text import plain
-from goalscope.prompts import recent, render, transcript
+from goalscope.prompts import render, transcript
 from goalscope.types import (
     UNSPECIFIED,
     Goal,
@@ -26,7 +26,7 @@ from goalscope.types import (
     Turn,
 )
 
-__all__ = ["DEFAULT_LAYOUT", "Layout", "Likelihood", "PromptedRanking", "RolePlay"]
+__all__ = ["DEFAULT_LAYOUT", "Layout", "Likelihood", "RolePlay"]
 
 Array = npt.NDArray[np.float64]
 Layout = Literal["goal-first", "goal-last"]
@@ -190,34 +190,3 @@ class RolePlay:
         else:
             system, query = render("goal_last", task=task, goal=text, query=last.query)
         return [system, *transcript(past), query]
-
-
-class PromptedRanking:
-    """The No Inference method (Sec. 4.3): the model is asked which goal is most and least likely.
-
-    Its rows are a ranking, not log-likelihoods: 0 for the goal named as the most likely, -2 for the
-    one named as the least likely, -1 for all others. Only the last row counts.
-    """
-
-    calibration: Calibration = LAST_TURN
-
-    def __init__(self, generator: Generator) -> None:
-        self.generator = generator
-
-    def log_likelihood(
-        self, task: str, goals: Sequence[Goal], turns: Sequence[Turn], *, since: int = 0
-    ) -> Array:
-        """See `Likelihood.log_likelihood`; only the last row is asked for, the others are 0."""
-        table = np.zeros((len(turns) - since, len(goals)))
-        if len(goals) > 1 and len(table):
-            table[-1] = -1.0
-            table[-1, self._ask("least", task, goals, turns)] = -2.0
-            table[-1, self._ask("most", task, goals, turns)] = 0.0
-        return table
-
-    def _ask(self, which: str, task: str, goals: Sequence[Goal], turns: Sequence[Turn]) -> int:
-        past = recent(self.generator, turns, 8)
-        prompt = render("rank", task=task, goals=goals, turns=past, which=which)
-        numbers = [str(i + 1) for i in range(len(goals))]
-        reply = self.generator.generate(prompt, max_tokens=8, schema={"enum": numbers})
-        return numbers.index(reply.text.strip().strip('"'))

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any, TypeVar
 from goalscope.calibration import calibration_from_json
 from goalscope.episode import Round
 from goalscope.orders import Order, Reading, order_from_json, order_to_json
+from goalscope.ranking import Ranking
 from goalscope.types import Action, Goal, GoalChange, GoalscopeError, StepResult, Turn
 
 if TYPE_CHECKING:
@@ -34,7 +35,7 @@ def round_to_json(round: Round) -> str:
     Raises:
         GoalscopeError: A number is NaN or +inf.
     """
-    belief = round.belief and belief_to_json(round.belief)
+    belief = round.belief and _held_to_json(round.belief)
     return dumps({**_object_of(round), "belief": belief})
 
 
@@ -43,7 +44,7 @@ def round_from_json(text: str) -> Round:
     values: dict[str, Any] = json.loads(text)
     belief, reading = values["belief"], values["reading"]
     values["turn"] = Turn(**values["turn"])
-    values["belief"] = belief and belief_from_json(belief)
+    values["belief"] = belief and _held_from_json(belief)
     values["reading"] = reading and _reading(reading)
     values["changes"] = tuple(_with(GoalChange, each, goal=Goal) for each in values["changes"])
     values["results"] = tuple(_with(StepResult, each, action=Action) for each in values["results"])
@@ -52,6 +53,21 @@ def round_from_json(text: str) -> Round:
     for name in ("notes", "retracts"):
         values[name] = tuple(values[name])
     return Round(**values)
+
+
+def _held_to_json(held: Belief | Ranking) -> dict[str, Any]:
+    if not isinstance(held, Ranking):
+        return belief_to_json(held)
+    goals = [goal.text for goal in held.goals]
+    most, least = (goal and goal.text for goal in (held.most, held.least))
+    return {"goals": goals, "most": most, "least": least}
+
+
+def _held_from_json(data: Mapping[str, Any]) -> Belief | Ranking:
+    if "most" not in data:
+        return belief_from_json(data)
+    most, least = (data[name] and Goal(data[name]) for name in ("most", "least"))
+    return Ranking(tuple(map(Goal, data["goals"])), most, least)
 
 
 def belief_to_json(belief: Belief) -> dict[str, Any]:
@@ -73,7 +89,7 @@ def belief_from_json(data: Mapping[str, Any]) -> Belief:
 
     from goalscope.belief import Belief
 
-    goals = tuple(Goal(goal) for goal in data["goals"])
+    goals = tuple(map(Goal, data["goals"]))
     table = np.array(data["log_likelihood"], dtype=np.float64)
     return Belief(
         goals,

@@ -25,6 +25,7 @@ from goalscope.envs import Environment, met_checks
 from goalscope.episode import Round
 from goalscope.habits import habitual
 from goalscope.models import Model, OnText, model_name
+from goalscope.ranking import Ranking
 from goalscope.store import EpisodeInfo, Store, new_episode
 from goalscope.tracker import Correction
 from goalscope.types import TRACKING, Goal, GoalChange, InvalidInputError, Turn, pluralize
@@ -223,9 +224,9 @@ class Session:
         return self._agent.can_undo_correction
 
     @property
-    def belief(self) -> Belief | None:
-        """The present belief; None for a method without one."""
-        return self._agent.tracker.belief if self._agent.tracker else None
+    def belief(self) -> Belief | Ranking | None:
+        """See `Agent.belief`."""
+        return self._agent.belief
 
     @property
     def rounds(self) -> list[Round]:

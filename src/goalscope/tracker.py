@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import json
 from collections.abc import Callable, Collection, Iterable, Sequence
-from dataclasses import replace
 from functools import wraps
 from inspect import signature
 from threading import RLock
@@ -19,7 +18,7 @@ from goalscope.calibrations import NAMED, calibration_named
 from goalscope.envs.tables import nearest
 from goalscope.episode import Round
 from goalscope.goals import GoalManager, incomplete, made_from
-from goalscope.likelihood import Likelihood, PromptedRanking, RolePlay
+from goalscope.likelihood import Likelihood, RolePlay
 from goalscope.models import LikelihoodModel, model_name
 from goalscope.models.opening import embedded_scorer
 from goalscope.types import (
@@ -35,13 +34,10 @@ from goalscope.types import (
     readable,
 )
 
-__all__ = ["UNCORRECTABLE", "Correction", "GoalTracker"]
+__all__ = ["Correction", "GoalTracker"]
 
 Correction = Literal["pin", "veto", "reword"]
 """How a person corrects the goals; see `GoalTracker.correct`."""
-
-UNCORRECTABLE = "This method holds no belief that could be corrected."
-"""Why a `Correction` is refused where there are no probabilities."""
 
 Array = npt.NDArray[np.float64]
 
@@ -170,17 +166,7 @@ class GoalTracker:
         return self._add(added)
 
     def _add(self, added: Sequence[Goal]) -> Belief:
-        added = [goal for goal in added if goal not in self.belief.goals]
-        if not self.turns or not isinstance(self.likelihood, PromptedRanking):
-            self.belief = self.belief.add(added, lambda new: self._scored(new, self.turns))
-        elif added:  # a ranking is of all goals together
-            goals = (*self.belief.goals, *added)
-            self.belief = replace(
-                self.belief,
-                goals=goals,
-                log_prior=np.zeros(len(goals)),
-                log_likelihood=self._scored(goals, self.turns),
-            )
+        self.belief = self.belief.add(added, lambda new: self._scored(new, self.turns))
         return self.belief
 
     def _scored(self, goals: Sequence[Goal], turns: Sequence[Turn], *, since: int = 0) -> Array:
@@ -254,8 +240,6 @@ class GoalTracker:
             raise InvalidInputError(
                 f'A goal is corrected by "pin", "veto" or "reword", not {correction!r}.'
             )
-        if isinstance(self.likelihood, PromptedRanking):
-            raise InvalidInputError(UNCORRECTABLE)
         (named,) = self._known([goal])
         reworded = correction == "reword"
         (kept,) = self._known([checked_text(text, "new wording")]) if reworded else (named,)
@@ -352,8 +336,7 @@ class GoalTracker:
     @property
     def _model_name(self) -> str:
         likelihood: Any = self.likelihood
-        asked = getattr(likelihood, "model", getattr(likelihood, "generator", likelihood))
-        return str(model_name(asked))
+        return str(model_name(getattr(likelihood, "model", likelihood)))
 
     def _nearest(self, goal: Goal) -> str:
         known = [each.text for each in self.belief.goals if each != UNSPECIFIED]

@@ -84,9 +84,8 @@ class Tracked:
     @property
     def belief(self) -> Belief:
         """Over the goals and `UNSPECIFIED`, with the corrections since the last turn."""
-        if self.rounds and self.rounds[-1].belief:
-            return self.rounds[-1].belief
-        return belief_from_json(self.begun["belief"])
+        newest = self.rounds[-1].belief if self.rounds else None
+        return newest if isinstance(newest, Belief) else belief_from_json(self.begun["belief"])
 
     @property
     def changes(self) -> tuple[GoalChange, ...]:

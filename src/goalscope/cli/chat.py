@@ -95,7 +95,7 @@ def chat(
 
     def understood(round: Round) -> None:
         is_typed = settings.human == "you"
-        show_understood(out, round, before, transcript=not is_typed, order=is_order)
+        show_understood(out, round, before, transcript=not is_typed)
 
     with Store.open(store) as episodes:
         info = episodes.episode(resume) if resume else None
@@ -108,7 +108,6 @@ def chat(
         profile = info.profile if info else None
         person = profile_named(settings, profile) if profile else None
         with settings_model(settings) as engine, _environment(settings, person) as env:
-            is_order = settings.method == "no-inference"
             before = None
             session = Session(
                 episodes,
@@ -130,7 +129,7 @@ def chat(
                 style="dim",
             )
             for round in session.earlier:
-                show_round(out, round, before, order=is_order)
+                show_round(out, round, before)
                 before = round.belief
             if session.corrections and session.belief:
                 show_belief(out, session.belief, before)
@@ -220,7 +219,6 @@ def _run_one(session: Session, draw: Callable[[], None], *, quiet: bool, brief: 
     from goalscope.safe_text import terminal_safe
 
     out, start, before = console(), time.monotonic(), None
-    is_order = session.info.method == "no-inference"
     has_rounds = not (quiet or brief)
     if has_rounds:
         show_header(out, session.info)
@@ -229,7 +227,7 @@ def _run_one(session: Session, draw: Callable[[], None], *, quiet: bool, brief: 
         for round in session.run():
             busy.update(terminal_safe(f"{session.info.profile}: round {round.number + 1}"))
             if has_rounds:
-                show_round(out, round, before, order=is_order)
+                show_round(out, round, before)
             draw()
             before = round.belief
     info, unwanted = session.info, session.unwanted()
@@ -244,22 +242,27 @@ def _run_one(session: Session, draw: Callable[[], None], *, quiet: bool, brief: 
 
 def correct(out: Console, session: Session, line: str) -> None:
     """Run a chat command, a line that begins with a slash, and show the belief."""
+    from goalscope.belief import Belief
     from goalscope.display import show_belief, show_reasons
     from goalscope.safe_text import terminal_safe
     from goalscope.why import reasons
 
     command, _, rest = line.strip().partition(" ")
     corrections: dict[str, Correction] = {"/pin": "pin", "/veto": "veto", "/reword": "reword"}
-    belief, is_order = session.belief, session.info.method == "no-inference"
+    belief = session.belief
     try:
         if command == "/help":
-            commands = NO_HELP if belief is None else ORDER_HELP if is_order else HELP
+            corrects = HELP if isinstance(belief, Belief) else ORDER_HELP
+            commands = NO_HELP if belief is None else corrects
             raise InvalidInputError(commands + LEAVING)
         if command not in ("/goals", "/why", *corrections):
             raise InvalidInputError(f"Unknown command {command}. /help lists the commands.")
         if belief is None:
             raise InvalidInputError(NO_HELP)
-        if is_order and command != "/goals":
+        if command == "/goals":
+            show_belief(out, belief)
+            return
+        if not isinstance(belief, Belief):
             raise InvalidInputError(ORDER_HELP)
         number, _, text = rest.strip().partition(" ")
         if command == "/why":
@@ -268,10 +271,10 @@ def correct(out: Console, session: Session, line: str) -> None:
             return
         if command == "/pin" and rest.strip() and not rest.strip().isdecimal():
             session.correct("pin", Goal(checked_text(rest, "goal")))
-        elif command in corrections:
+        else:
             goal = _numbered(belief, number, command)
             session.correct(corrections[command], goal, text)
-        show_belief(out, session.belief or belief, belief, order=is_order)
+        show_belief(out, session.belief or belief, belief)
     except InvalidInputError as error:
         out.print(terminal_safe(str(error), "dim"))
 

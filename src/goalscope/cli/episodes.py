@@ -44,7 +44,8 @@ def replay(id: Episode, store: StoreFile = None, as_json: Json = False) -> None:
     """Show a stored episode round by round; no model is needed.
 
     As JSON, each round has its words, actions, notes, and the belief: goals, log_prior,
-    log_likelihood (a row for each turn, nats), and the probability of each goal.
+    log_likelihood (a row for each turn, nats), and the probability of each goal. With the method
+    no-inference, the belief is a ranking: goals, and which of them is the most and the least likely.
     """
     from goalscope.display import show_header, show_round, show_summary
     from goalscope.safe_text import terminal_safe
@@ -61,7 +62,7 @@ def replay(id: Episode, store: StoreFile = None, as_json: Json = False) -> None:
     show_header(out, info)
     before = None
     for round in rounds:
-        show_round(out, round, before, order=info.method == "no-inference")
+        show_round(out, round, before)
         before = round.belief
     if corrections:
         out.print(terminal_safe(corrections), soft_wrap=True)
@@ -96,6 +97,7 @@ def why(
     is over the current goals; if goals were added or removed since, the round itself showed a
     different belief, which --round explains.
     """
+    from goalscope.belief import Belief
     from goalscope.display import show_reasons
     from goalscope.rounds_json import dumps
     from goalscope.safe_text import terminal_safe
@@ -109,7 +111,7 @@ def why(
     if not rounds or (round and len(rounds) < round):
         raise InvalidInputError(f"Episode {info.id} has only {pluralize(len(rounds), 'round')}.")
     belief = rounds[-1].belief
-    if belief is None or info.method != "good":
+    if not isinstance(belief, Belief):
         raise InvalidInputError(f"This episode's method, {info.method}, computes no evidence.")
     turns = [each.turn for each in rounds]
     try:
@@ -133,13 +135,14 @@ def why(
 
 def _episode_json(info: EpisodeInfo, rounds: Sequence[Round]) -> dict[str, Any]:
     """An episode and its rounds, with the probabilities of each belief."""
+    from goalscope.belief import Belief
     from goalscope.rounds_json import round_to_json
     from goalscope.safe_text import model_shown
 
     rows: list[dict[str, Any]] = []
     for round in rounds:
         row = json.loads(round_to_json(round))
-        if round.belief:
+        if isinstance(round.belief, Belief):
             row["belief"]["probability"] = round.belief.probability.tolist()
         rows.append(row)
     return {**asdict(info), "model": model_shown(info.model), "rounds": rows}

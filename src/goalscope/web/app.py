@@ -20,6 +20,7 @@ from pydantic import BaseModel
 from starlette.exceptions import HTTPException
 
 from goalscope.agent import Method
+from goalscope.belief import Belief
 from goalscope.domains import Domain, Settings, open_environment
 from goalscope.envs.house.simulator.scenes import known_scenes
 from goalscope.models import Model, model_name
@@ -255,8 +256,8 @@ def create_app(store: Store, model: Model, defaults: Settings | None = None) -> 
         belief = rounds[-1].belief if rounds else None
         if can_go_on(info, visitor) and len(rounds) == len(stored):
             belief = conversations.resume(info).belief or belief
-        if belief is None:
-            raise HTTPException(404, "There is no belief yet.")
+        if not isinstance(belief, Belief):
+            raise HTTPException(404, "There is no belief here.")
         found = reasons(belief, [each.turn for each in rounds], Goal(goal))
         return Why.of(Goal(goal), found)
 

@@ -19,6 +19,7 @@ from goalscope.dialog import FALLBACK
 from goalscope.domains import Settings, open_environment
 from goalscope.likelihood import DEFAULT_LAYOUT, RolePlay
 from goalscope.models import Model
+from goalscope.ranking import Ranking
 from goalscope.session import Session, saved_settings
 from goalscope.store import EpisodeInfo, Store
 from goalscope.tracker import Correction
@@ -86,7 +87,7 @@ class Conversation:
         )
         self._listeners: dict[asyncio.Queue[Event], asyncio.AbstractEventLoop] = {}
         self._opened: Session | None = None
-        self._viewed: tuple[Belief | None, BeliefView | None] = None, None
+        self._viewed: tuple[Belief | Ranking | None, BeliefView | None] = None, None
         self._draft_time = 0.0
         self.used = time.monotonic()
         try:
@@ -112,7 +113,8 @@ class Conversation:
         """The belief with the corrections since the last round; None while it changes."""
         with self._lock:
             at_rest = self._state.phase == "idle"
-            return self._opened.belief if self._opened and at_rest else None
+            held = self._opened.belief if self._opened and at_rest else None
+            return held if isinstance(held, Belief) else None
 
     @property
     def is_idle(self) -> bool:
@@ -141,10 +143,11 @@ class Conversation:
     def _changed(self, **changes: Any) -> Live:
         return self._state.model_copy(update=changes)
 
-    def _view(self, belief: Belief | None) -> BeliefView | None:
+    def _view(self, belief: Belief | Ranking | None) -> BeliefView | None:
         """Cached, because it is sent repeatedly while people wait."""
         if belief is not self._viewed[0]:
-            self._viewed = belief, belief and BeliefView.of(belief)
+            shown = BeliefView.of(belief) if isinstance(belief, Belief) else None
+            self._viewed = belief, shown
         return self._viewed[1]
 
     def catch_up(self, info: EpisodeInfo, *, again: bool = False) -> None:
@@ -213,7 +216,9 @@ class Conversation:
             InvalidInputError: There is no such goal or turn.
         """
         turns, belief = self._session.turns[:turn], self._session.belief
-        if belief is None or Goal(goal) not in belief.goals or not 1 <= turn <= len(turns):
+        if not isinstance(belief, Belief):
+            raise InvalidInputError("This method computes no evidence.")
+        if Goal(goal) not in belief.goals or not 1 <= turn <= len(turns):
             raise InvalidInputError("There is no such goal or turn.")
         roleplay = RolePlay(self._model, layout=DEFAULT_LAYOUT)
         self._claim("weighing words")

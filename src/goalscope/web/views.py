@@ -13,6 +13,7 @@ from goalscope import episode as episodes
 from goalscope.advice import Advice
 from goalscope.agent import NO_GOAL
 from goalscope.dialog import AGREES, DECLINES
+from goalscope.ranking import Ranking
 from goalscope.safe_text import model_shown
 from goalscope.store import EpisodeInfo
 from goalscope.tracking import Tracked
@@ -144,8 +145,10 @@ class RoundView(BaseModel):
             number=round.number,
             query=round.turn.query,
             utterance=round.turn.utterance,
-            belief=round.belief and BeliefView.of(round.belief),
-            belief_note=NO_GOAL if NO_GOAL in round.notes else "",
+            belief=BeliefView.of(round.belief)
+            if isinstance(round.belief, beliefs.Belief)
+            else None,
+            belief_note=_belief_note(round),
             changes=[ChangeView.of(change) for change in round.changes],
             actions=[ActionView.of(result) for result in round.results],
             replans=round.replans,
@@ -155,6 +158,15 @@ class RoundView(BaseModel):
             state=round.state,
             terminated=round.terminated,
         )
+
+
+def _belief_note(round: episodes.Round) -> str:
+    """What is shown beside the belief, or in place of one: a ranking has no probabilities."""
+    order: list[str] = []
+    if isinstance(round.belief, Ranking):
+        ranked = (goal.text.rstrip(".") for goal, _ in round.belief.top())
+        order.append(f"The model's order of the goals: {'; '.join(ranked)}.")
+    return " ".join([*order, *(note for note in round.notes if note == NO_GOAL)])
 
 
 class EpisodeView(BaseModel):
