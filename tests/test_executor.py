@@ -1,5 +1,7 @@
 """What waits for a yes, what a yes releases, and what undo takes back, in a room with a lamp."""
 
+from dataclasses import replace
+
 import pytest
 
 from fakes import LampRoom, WordModel
@@ -68,6 +70,23 @@ def test_what_lasts_waits_for_the_word_whatever_else_it_waits_for(before: str, o
     asked = agent.rounds[-1] if agent.rounds[-1].pending else agent.step("", order)
     agent.step(asked.question, "Yes.")
     assert env.smashed == ["vase"]
+
+
+@pytest.mark.parametrize(
+    ("said", "order", "awaits"),
+    [("", "smash vase", "word"), ("", "switch on lamp | if it is dark", "yes"),
+     ("", "switch on lamp", ""), ("he gets hives", "switch on lamp", "harm")],
+)  # fmt: skip
+def test_what_a_question_waits_for_does_not_depend_on_its_wording(said, order, awaits) -> None:
+    env = LampRoom(["vase", "lamp"])
+    model = WordModel(REPLIES, reads={"he gets hives": order, "go on": "yes"})
+    agent = agent_in(env, model=model)
+    round = agent.step("", said or order)
+    assert round.awaits == awaits
+    agent.rounds[-1] = replace(round, question="Worded otherwise by an older version?")
+    agent.step("", "go on")
+    assert env.smashed == []
+    assert env.on == (["lamp"] if awaits in ("", "yes") else [])
 
 
 CONDITION = "switch on lamp | if it is dark"

@@ -256,6 +256,7 @@ class Agent:
                 notes=(*unread, *unexplained, *self._notes(reading, done, outcome)),
                 question=done.question,
                 pending=tuple(done.pending),
+                awaits=done.awaits,
                 released=done.released,
                 retracts=done.retracts,
                 reversals=done.reversals,

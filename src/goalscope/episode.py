@@ -6,7 +6,7 @@ from collections.abc import Collection, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-from goalscope.guards import HARM
+from goalscope.guards import Awaited
 from goalscope.orders import Order, Reading
 from goalscope.standing import Standing, acting, fold
 from goalscope.types import GoalChange, StepResult, Turn
@@ -41,6 +41,7 @@ class Round:
         terminated: Whether the task is complete.
         retracts: Numbers of earlier rounds, the newest first, that this one takes back.
         reversals: Number of results, the first ones, that undid those rounds.
+        awaits: What `question` waits for.
     """
 
     number: int
@@ -59,6 +60,7 @@ class Round:
     state: str = ""
     retracts: tuple[int, ...] = ()
     reversals: int = 0
+    awaits: Awaited = ""
 
 
 def retracted(rounds: Sequence[Round]) -> set[int]:
@@ -95,5 +97,5 @@ def standing_after(
 
 def _waiting(round: Round) -> tuple[Order, ...]:
     """The orders that were not followed: all of them where a word of harm was not understood."""
-    read = round.reading.orders if round.reading and round.question == HARM else ()
+    read = round.reading.orders if round.reading and round.awaits == "harm" else ()
     return (*round.pending, *acting(read))

@@ -11,6 +11,7 @@ from goalscope.guards import (
     CONFIRM,
     HARM,
     SAY_YES,
+    Awaited,
     is_wary,
     is_yes,
     reason_to_wait,
@@ -100,6 +101,15 @@ class Execution:
     def question(self) -> str:
         """What has to be asked next; "" if nothing has."""
         return HARM if self.harm else whether(self.pending, self.reasons, self.end)
+
+    @property
+    def awaits(self) -> Awaited:
+        """What that question waits for."""
+        if self.harm:
+            return "harm"
+        if not self.pending:
+            return ""
+        return "word" if self.end in (CONFIRM, SAY_YES) else "yes"
 
     @property
     def ended(self) -> bool:
@@ -209,10 +219,10 @@ class Executor:
         be the one that was shown. Irreversible orders wait for the word itself.
         """
         last = rounds[-1] if rounds else None
-        if not last or last.question == HARM or last.state != self._env.fingerprint():
+        if not last or last.awaits == "harm" or last.state != self._env.fingerprint():
             return ()
         agreed = bool(reading.orders) and {*reading.orders} <= {Order("yes"), *last.pending}
-        if last.question.endswith(SAY_YES):
+        if last.awaits == "word":
             agreed = is_yes(turn.utterance)
         return last.pending if confirmed or agreed else ()
 

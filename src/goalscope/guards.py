@@ -7,13 +7,17 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterable, Sequence
+from typing import Literal
 
 from goalscope.orders import Order, Reading, orders_to_text
 from goalscope.plain_text import plain
 from goalscope.standing import GRAVE
 
-__all__ = ["CONFIRM", "HARM", "SAY_YES", "UNSURE", "WARY"]
+__all__ = ["CONFIRM", "HARM", "SAY_YES", "UNSURE", "WARY", "Awaited"]
 __all__ += ["is_wary", "is_yes", "reason_to_wait", "speaks_of_harm", "whether"]
+
+Awaited = Literal["", "harm", "yes", "word"]
+"""What a question waits for: nothing, who may come to harm, a yes, or the word "yes" itself."""
 
 SAY_YES = 'To confirm exactly what is shown, say "yes".'
 """End of a question that only the word itself answers; see `is_yes`."""

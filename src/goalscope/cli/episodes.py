@@ -44,8 +44,8 @@ def replay(id: Episode, store: StoreFile = None, as_json: Json = False) -> None:
     """Show a stored episode round by round; no model is needed.
 
     As JSON, each round has its words, actions, notes, and the belief: goals, log_prior,
-    log_likelihood (a row for each turn, nats), and the probability of each goal. With the method
-    no-inference, the belief is a ranking: goals, and which of them is the most and the least likely.
+    log_likelihood (a row for each turn, nats), and the probability of each goal. The belief of the
+    method no-inference is a ranking: goals, and the most and the least likely of them.
     """
     from goalscope.display import show_header, show_round, show_summary
     from goalscope.safe_text import terminal_safe

@@ -33,7 +33,7 @@ __all__ = [
     "EscapedText",
 ]
 
-SCHEMA_VERSION = "0001"
+SCHEMA_VERSION = "0002"
 """Of the tables below: a database with tables of another version is refused."""
 METADATA = MetaData(
     naming_convention={
