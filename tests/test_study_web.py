@@ -141,7 +141,19 @@ def test_strangers_need_no_password_for_a_study_and_see_nothing_else(address: st
 
 @pytest.mark.parametrize(
     "id",
-    ["{{%PROLIFIC_PID%}}", "${workerId}", "${e://Field/PROLIFIC_PID}", "%SURVEY_CODE%", "[ID]"],
+    [
+        "{{%PROLIFIC_PID%}}",
+        "${workerId}",
+        "${e://Field/PROLIFIC_PID}",
+        "%SURVEY_CODE%",
+        "[ID]",
+        '[url("id")]',
+        "<id>",
+        "__ID__",
+        "undefined",
+        "null",
+        "ASSIGNMENT_ID_NOT_AVAILABLE",
+    ],
 )
 def test_a_placeholder_that_nobody_filled_in_is_no_id(address: str, id: str) -> None:
     lacks = httpx.get(f"{address}{HOME}", params={"id": id})

@@ -94,8 +94,11 @@ def _id(id: Annotated[str, Query(max_length=MAX_LENGTH)] = "") -> str:
     return id.strip()
 
 
-_PLACEHOLDER = re.compile(r"[{}]|^\s*(?:%\w+%|<\w+>|\[\w+\])\s*$")
-"""What sites leave in a link that they did not fill in: {{%PROLIFIC_PID%}}, ${workerId}, %ID%."""
+_PLACEHOLDER = re.compile(
+    r"[{}<>\[\]]|^\s*(?:(%+|_{2,}|\#+)\w+\1|undefined|null|none|nan|\w+_NOT_AVAILABLE)\s*$",
+    re.IGNORECASE,
+)
+"""What sites leave in a link that they did not fill in: {{%PROLIFIC_PID%}}, %ID%, undefined."""
 
 Id = Annotated[str, Depends(_id)]
 
