@@ -28,8 +28,8 @@ from goalscope.datasets.case import OPENING, turns_of
 from goalscope.datasets.files import Row, line_rows
 from goalscope.domains import Settings, load_domain, open_environment
 from goalscope.envs import Environment, Pick, execute
-from goalscope.envs.tables import is_list, shown
 from goalscope.experiment.summary import Table, percent
+from goalscope.inputs import is_list, shown
 from goalscope.models.opening import open_reader
 from goalscope.orders import Order, Reading
 from goalscope.picking import Picker

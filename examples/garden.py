@@ -3,7 +3,7 @@
 from pathlib import Path
 
 from goalscope.envs import Environment, Resolution
-from goalscope.envs.tables import lists_of, read_profiles
+from goalscope.inputs import lists_of, read_profiles
 from goalscope.occasions import Nearest, Occasion
 from goalscope.orders import Example, Verb
 from goalscope.types import Action, StepResult

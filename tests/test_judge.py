@@ -8,9 +8,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from fakes import WordModel
+from goalscope.domains import possible_actions as possible
 from goalscope.envs.grocery import Catalogue, GroceryShop
 from goalscope.judge import SCORES, Trial, judge
-from goalscope.judge import possible_actions as possible
 from goalscope.models import Completion, unfinished_json
 from goalscope.models.served_generator import ServedGenerator
 from goalscope.types import Action, InvalidInputError, ModelError

@@ -1,6 +1,7 @@
 """Who may import whom: a module imports only from its own layer's left, and none in a circle."""
 
 import ast
+import re
 from pathlib import Path
 
 import goalscope
@@ -12,6 +13,7 @@ LAYERS = [
         "belief",
         "models",
         "guards",
+        "inputs",
         "orders",
         "picking",
         "prompts",
@@ -91,3 +93,17 @@ def test_no_module_imports_itself_by_way_of_others() -> None:
         return seen
 
     assert [name for name in graph if name in reach(name, set())] == []
+
+
+def test_the_core_knows_no_domain() -> None:
+    core = set[str]().union(*LAYERS[:4])
+    named = [
+        f"{file.relative_to(ROOT)} imports {module}"
+        for file in ROOT.rglob("*.py")
+        if file.relative_to(ROOT).parts[0].removesuffix(".py") in core
+        and "envs" not in file.relative_to(ROOT).parts[:1]
+        for module in re.findall(
+            r"goalscope\.envs\.(?:grocery|house)[\w.]*", file.read_text(encoding="utf-8")
+        )
+    ]
+    assert named == []

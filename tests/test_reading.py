@@ -12,6 +12,7 @@ from goalscope.benchmarks.reading import (
     read_corpus,
     read_languages,
     read_lines,
+    read_rows,
     score,
 )
 from goalscope.envs.grocery import GroceryShop
@@ -184,3 +185,10 @@ def test_every_order_of_the_corpus_is_canonical():
         for line in lines:
             verbs = LANGUAGES[line.domain].verbs
             assert len(orders_from_text(orders_to_text(line.orders), verbs)) == len(line.orders)
+
+
+def test_a_row_that_says_a_thing_twice_is_refused(tmp_path) -> None:
+    corpus = tmp_path / "corpus.jsonl"
+    corpus.write_text('{"message": "Milk.", "message": "Bread.", "orders": []}\n', encoding="utf-8")
+    with pytest.raises(InvalidInputError, match=r"corpus.jsonl, line 1: the key 'message' stands"):
+        read_rows(corpus, lambda row, number: [row])

@@ -138,6 +138,11 @@ TAKES = "It takes task, goals, propose."
         ({"content": '{"task": "x"}', "headers": {"content-type": "text/plain"}}, 422, "JSON obj"),
         ({}, 422, "The body must be a JSON object"),
         ({"content": '{"task": }', "headers": JSON}, 422, "not JSON: Expecting value at character"),
+        (
+            {"content": '{"task": "a", "task": "b"}', "headers": JSON},
+            422,
+            "'task' stands there twice",
+        ),
         ({"content": b"\xff{", "headers": JSON}, 400, "Send a JSON object in UTF-8."),
     ],
 )

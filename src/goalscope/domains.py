@@ -33,6 +33,7 @@ __all__ = [
     "load_domain",
     "modules_for",
     "open_environment",
+    "possible_actions",
     "profile_named",
     "profiles_of",
     "roleplay_of",
@@ -273,3 +274,12 @@ def profile_named(settings: Settings, name: str) -> Profile:
             f'There is no profile "{name}". Choose one of {", ".join(profiles)}, or "all".'
         )
     return profiles[name]
+
+
+def possible_actions(domain: str) -> tuple[str, ...]:
+    """What an agent of "grocery" or "house" can do, for `possible` of `goalscope.judge.judge`."""
+    if domain == "grocery":
+        from goalscope.envs.grocery.shop import NAMES
+    else:
+        from goalscope.envs.house.actions import NAMES
+    return NAMES

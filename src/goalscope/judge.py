@@ -16,7 +16,6 @@ __all__ = [
     "SCORES",
     "Trial",
     "judge",
-    "possible_actions",
 ]
 
 SCORES = tuple(n / 4 for n in range(13))
@@ -52,15 +51,6 @@ class Trial:
     score: float | None
     explanation: str
     answer: str = ""
-
-
-def possible_actions(domain: str) -> tuple[str, ...]:
-    """What an agent of "grocery" or "house" can do, for `possible` of `judge`."""
-    if domain == "grocery":
-        from goalscope.envs.grocery.shop import NAMES
-    else:
-        from goalscope.envs.house.actions import NAMES
-    return NAMES
 
 
 def judge(

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Callable, Collection, Iterable, Sequence
 from functools import wraps
 from inspect import signature
@@ -15,9 +14,9 @@ import numpy.typing as npt
 from goalscope.belief import Belief
 from goalscope.calibration import Calibration
 from goalscope.calibrations import NAMED, calibration_named
-from goalscope.envs.tables import nearest
 from goalscope.episode import Round
 from goalscope.goals import GoalManager, incomplete, made_from
+from goalscope.inputs import nearest, parse_json
 from goalscope.likelihood import Likelihood, RolePlay
 from goalscope.models import LikelihoodModel, model_name
 from goalscope.models.opening import embedded_scorer
@@ -306,7 +305,7 @@ class GoalTracker:
         if not isinstance(cast("object", text), str):
             raise InvalidInputError(f"text must be what to_json wrote, not {type(text).__name__}.")
         try:
-            data = json.loads(text)
+            data = parse_json(text)
             belief = belief_from_json(data["belief"])
             turns = [
                 Turn(readable(query, "query"), checked_text(utterance, "utterance"))

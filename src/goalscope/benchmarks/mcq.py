@@ -13,7 +13,7 @@ from typing import Any
 
 from goalscope.benchmarks.baselines import overlap
 from goalscope.datasets.files import Row, own_rows
-from goalscope.envs.tables import shown
+from goalscope.inputs import shown
 from goalscope.likelihood import Layout, RolePlay
 from goalscope.models import Generator, LikelihoodModel
 from goalscope.prompts import render

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import gzip
-import json
 import re
 import zlib
 from collections import Counter
@@ -12,7 +11,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any, TypeVar, cast
 
-from goalscope.envs.tables import is_list, read_table, refuse_unknown
+from goalscope.inputs import is_list, parse_json, read_table, refuse_unknown
 from goalscope.orders import (
     Example,
     Order,
@@ -180,8 +179,14 @@ def read_rows(path: Path, read: Callable[[object, int], Iterable[Row]]) -> list[
         for number, text in enumerate(texts, 1):
             if text.strip():
                 try:
-                    found += read(json.loads(text), number)
-                except (ValueError, LookupError, TypeError, GoalscopeError) as error:
+                    found += read(parse_json(text), number)
+                except (
+                    ValueError,
+                    LookupError,
+                    TypeError,
+                    RecursionError,
+                    GoalscopeError,
+                ) as error:
                     raise InvalidInputError(f"{file.name}, line {number}: {error}") from None
     return found
 

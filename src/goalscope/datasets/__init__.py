@@ -14,7 +14,7 @@ from goalscope.datasets.jsonl import read_cases, write_cases
 from goalscope.datasets.multiwoz import multiwoz
 from goalscope.datasets.taskmaster import taskmaster
 from goalscope.datasets.teach import teach
-from goalscope.envs.tables import nearest, shown
+from goalscope.inputs import nearest, shown
 from goalscope.types import InvalidInputError
 
 __all__ = [

@@ -9,7 +9,7 @@ from pathlib import Path
 from goalscope.datasets.case import Case, turns_of
 from goalscope.datasets.files import json_rows
 from goalscope.datasets.goal_sets import chance
-from goalscope.envs.tables import shown
+from goalscope.inputs import shown
 from goalscope.types import Goal, InvalidInputError
 
 __all__ = ["TASK", "casino"]

@@ -3,16 +3,15 @@
 from __future__ import annotations
 
 import gzip
-import json
 import zipfile
 import zlib
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from types import UnionType
 from typing import Any, cast
 
-from goalscope.envs.tables import shown
+from goalscope.inputs import RepeatedKeyError, parse_json, shown
 from goalscope.types import InvalidInputError, checked_text
 
 __all__ = ["Row", "json_rows", "line_rows", "own_rows"]
@@ -145,7 +144,7 @@ def own_rows(file: Path, hint: str = "") -> Iterator[Row]:
             text = line.decode("utf-8-sig")
         except UnicodeDecodeError:
             raise InvalidInputError(f"{label}: no text in UTF-8. Save the file as UTF-8.") from None
-        yield Row(label, _object(_parsed(text, label, hint, pairs=_once), label, hint))
+        yield Row(label, _object(_parsed(text, label, hint), label, hint))
 
 
 def json_rows(file: Path, *, member: str | None = None) -> Iterator[Row]:
@@ -186,28 +185,14 @@ def json_rows(file: Path, *, member: str | None = None) -> Iterator[Row]:
         yield Row(label, {**_object(value, label), "id": str(name)})
 
 
-class _RepeatedKeyError(ValueError):
-    """An object has a key twice, of which one would be lost."""
-
-
-def _once(pairs: list[tuple[str, object]]) -> dict[str, object]:
-    found = dict(pairs)
-    if len(found) < len(pairs):
-        names = [name for name, _ in pairs]
-        twice = next(name for name in names if names.count(name) > 1)
-        raise _RepeatedKeyError(f"the key {shown(twice)} stands there twice. Remove one of them.")
-    return found
-
-
 def _parsed(
     text: str | bytes,
     label: str,
     hint: str = "Download the file again.",
-    pairs: Callable[[list[tuple[str, object]]], object] | None = None,
 ) -> object:
     try:
-        return json.loads(text, object_pairs_hook=pairs)
-    except _RepeatedKeyError as error:
+        return parse_json(text)
+    except RepeatedKeyError as error:
         raise InvalidInputError(f"{label}: {error}") from None
     except (ValueError, RecursionError) as error:
         raise InvalidInputError(f"{label}: not JSON: {error}. {hint}".strip()) from None

@@ -9,7 +9,7 @@ from pathlib import Path
 
 from goalscope.datasets.case import Case, case_to_json
 from goalscope.datasets.files import Row, own_rows
-from goalscope.envs.tables import nearest, shown
+from goalscope.inputs import nearest, shown
 from goalscope.types import UNSPECIFIED, Goal, InvalidInputError, Turn, canonical, distinct
 
 __all__ = ["Dialogue", "read_cases", "read_dialogues", "write_cases"]

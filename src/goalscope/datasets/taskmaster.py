@@ -14,7 +14,7 @@ from typing import cast
 from goalscope.datasets.case import Case, turns_of
 from goalscope.datasets.files import Row, line_rows
 from goalscope.datasets.goal_sets import chance, draw
-from goalscope.envs.tables import is_list, shown
+from goalscope.inputs import is_list, shown
 from goalscope.types import InvalidInputError
 
 __all__ = ["TASK", "taskmaster"]

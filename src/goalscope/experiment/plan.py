@@ -14,11 +14,11 @@ from goalscope.datasets import DATASETS, data_folder, load, read_cases
 from goalscope.datasets.case import case_to_json
 from goalscope.datasets.changes import changes_of
 from goalscope.domains import Domain, Settings, profiles_of
-from goalscope.envs.tables import nearest, shown
 from goalscope.experiment.identity import hashes_of, person_of
 from goalscope.experiment.results import Cell
 from goalscope.goals import Trigger
 from goalscope.habits import Habit
+from goalscope.inputs import nearest, shown
 from goalscope.likelihood import DEFAULT_LAYOUT, Layout
 from goalscope.modules import modules_named
 from goalscope.types import InvalidInputError

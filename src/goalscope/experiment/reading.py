@@ -11,7 +11,6 @@ from typing import Any, cast, get_args
 from goalscope.agent import Method
 from goalscope.calibrations import NAMED, calibration_named
 from goalscope.domains import Domain
-from goalscope.envs.tables import nearest, read_table, refuse_unknown, shown
 from goalscope.experiment.plan import (
     DialoguesPart,
     EpisodesPart,
@@ -21,6 +20,7 @@ from goalscope.experiment.plan import (
     QuestionsPart,
 )
 from goalscope.habits import Habit
+from goalscope.inputs import nearest, read_table, refuse_unknown, shown
 from goalscope.likelihood import Layout
 from goalscope.models.adapters import NO_ADAPTER
 from goalscope.models.opening import MODEL_KEYS

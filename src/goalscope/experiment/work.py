@@ -10,10 +10,10 @@ from typing import Any
 from goalscope.benchmarks.dialogues import measure_dialogue, measure_evidence
 from goalscope.benchmarks.mcq import Question, measure_question, rephrase
 from goalscope.datasets import Case
-from goalscope.domains import open_environment, profile_named, settings_of
+from goalscope.domains import open_environment, possible_actions, profile_named, settings_of
 from goalscope.envs.grocery import GroceryShop
 from goalscope.experiment.identity import hashes_of, identity_of, opened, person_of
-from goalscope.judge import judge, possible_actions
+from goalscope.judge import judge
 from goalscope.models import OpenModel
 from goalscope.models.opening import MODEL_KEYS, forget
 from goalscope.rounds_json import round_to_json

@@ -11,7 +11,7 @@ from pathlib import Path
 
 from goalscope.datasets import DATASETS, Case, data_folder, load, read_cases, said_key
 from goalscope.datasets.goal_sets import chance, goal_key
-from goalscope.envs.tables import nearest, shown
+from goalscope.inputs import nearest, shown
 from goalscope.types import InvalidInputError
 
 __all__ = ["Source", "digest_of", "parted", "read_source"]

@@ -7,12 +7,18 @@ from contextlib import suppress
 from dataclasses import dataclass
 from typing import Any, get_args
 
-from goalscope.domains import Domain, Settings, open_environment, profile_named, settings_of
+from goalscope.domains import (
+    Domain,
+    Settings,
+    open_environment,
+    possible_actions,
+    profile_named,
+    settings_of,
+)
 from goalscope.envs.house import HomeRobot
 from goalscope.envs.house.finding import kinds_in
 from goalscope.envs.house.view import View, readable, the
 from goalscope.episode import Round
-from goalscope.judge import possible_actions
 from goalscope.policy import undo
 from goalscope.store import EpisodeInfo, Store
 from goalscope.study.plan import Plan

@@ -10,7 +10,7 @@ from typing import Any, get_args
 
 from goalscope.agent import Method
 from goalscope.domains import Domain
-from goalscope.envs.tables import is_list, nearest, read_table, refuse_unknown, shown
+from goalscope.inputs import is_list, nearest, read_table, refuse_unknown, shown
 from goalscope.types import InvalidInputError
 
 __all__ = ["BEST", "Plan", "plan_of", "read_plan"]

@@ -13,7 +13,7 @@ from sqlalchemy import ColumnElement, Connection, Row, Select, and_, or_, select
 from sqlalchemy.exc import IntegrityError
 
 from goalscope.database.tables import ANSWERS, ITEMS, PARTICIPANTS, STUDIES
-from goalscope.envs.tables import nearest
+from goalscope.inputs import nearest
 from goalscope.rounds_json import dumps
 from goalscope.store import Store
 from goalscope.study.items import Item, chosen_episodes, item_of

@@ -29,7 +29,7 @@ from goalscope.store import EpisodeInfo, Store
 from goalscope.tracking import Trackers
 from goalscope.types import TRACKING, Goal, GoalscopeError, InvalidInputError, Message
 from goalscope.web.conversations import Conversation, Conversations
-from goalscope.web.errors import ErrorBody, RequestBody, error_response
+from goalscope.web.errors import ErrorBody, RequestBody, Route, error_response
 from goalscope.web.exports import as_html, room_picture
 from goalscope.web.guard import CurrentVisitor, Visitor, visible_episode
 from goalscope.web.study import study_router
@@ -150,6 +150,7 @@ def create_app(store: Store, model: Model, defaults: Settings | None = None) -> 
         docs_url=None, redoc_url=None, openapi_url="/api/openapi.json",
         responses={status: {"model": ErrorBody} for status in ERRORS},
     )  # fmt: skip
+    app.router.route_class = Route
     app.mount("/static", StaticFiles(directory=STATIC), name="static")
 
     def visible(id: str, visitor: Visitor) -> EpisodeInfo:

@@ -2,17 +2,20 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Coroutine
 from typing import Any
 
-from fastapi import Request
+from fastapi import Request, Response
 from fastapi.exceptions import RequestValidationError
 from fastapi.responses import JSONResponse
+from fastapi.routing import APIRoute
 from pydantic import BaseModel, ConfigDict
 from starlette.exceptions import HTTPException
 
+from goalscope.inputs import RepeatedKeyError, parse_json
 from goalscope.types import ConflictError, InvalidInputError
 
-__all__ = ["ErrorBody", "RequestBody", "error_response"]
+__all__ = ["ErrorBody", "RequestBody", "Route", "error_response"]
 
 EXPLANATIONS = {
     400: "The body cannot be read. Send a JSON object in UTF-8.",
@@ -26,6 +29,27 @@ class RequestBody(BaseModel):
     """Base of request bodies. Unknown fields are errors: a typo must not mean the default."""
 
     model_config = ConfigDict(extra="forbid")
+
+
+class Route(APIRoute):
+    """A route that refuses a body with a key twice, of which one would be lost."""
+
+    def get_route_handler(self) -> Callable[[Request], Coroutine[Any, Any, Response]]:
+        """See `APIRoute`."""
+        handle = super().get_route_handler()
+
+        async def handle_once(request: Request) -> Response:
+            return await handle(_OnceRequest(request.scope, request.receive))
+
+        return handle_once
+
+
+class _OnceRequest(Request):
+    async def json(self) -> Any:
+        try:
+            return parse_json(await self.body())
+        except RepeatedKeyError as error:
+            raise HTTPException(422, f"The body says a thing twice: {error}") from None
 
 
 class ErrorBody(BaseModel):

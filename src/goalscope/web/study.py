@@ -15,7 +15,7 @@ from goalscope.store import Store
 from goalscope.study.plan import BEST
 from goalscope.study.store import Participant, Study, StudyStore
 from goalscope.types import InvalidInputError, Turn
-from goalscope.web.errors import RequestBody
+from goalscope.web.errors import RequestBody, Route
 from goalscope.web.guard import CurrentVisitor
 
 __all__ = ["study_router"]
@@ -105,7 +105,7 @@ Id = Annotated[str, Depends(_id)]
 
 def study_router(store: Store) -> APIRouter:
     """The pages of the studies in a store."""
-    router = APIRouter()
+    router = APIRouter(route_class=Route)
     studies = StudyStore(store)
 
     def named(name: str) -> Study:

@@ -14,7 +14,7 @@ from goalscope.store import EpisodeInfo, Store
 from goalscope.tracker import Correction
 from goalscope.tracking import Tracked, Trackers
 from goalscope.types import TRACKING
-from goalscope.web.errors import RequestBody
+from goalscope.web.errors import RequestBody, Route
 from goalscope.web.guard import CurrentVisitor, Visitor, not_found, visible_episode
 from goalscope.web.queue import ModelQueue
 from goalscope.web.views import EpisodeView, TrackerView, Why
@@ -74,7 +74,7 @@ def tracking_router(trackers: Trackers, queue: ModelQueue, store: Store) -> APIR
         queue: Runs what needs the model.
         store: Keeps the sessions.
     """
-    router = APIRouter(prefix="/api/trackers", tags=["tracking"])
+    router = APIRouter(prefix="/api/trackers", tags=["tracking"], route_class=Route)
 
     def visible(id: str, visitor: Visitor) -> EpisodeInfo:
         info = visible_episode(visitor, store, id, "session")

@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from goalscope.envs.grocery.catalogue import Item
-from goalscope.envs.tables import is_list, read_profiles, refuse_unknown, shown
+from goalscope.inputs import is_list, read_profiles, refuse_unknown, shown
 from goalscope.types import InvalidInputError, Profile
 from goalscope.words import contains, singulars
 

@@ -12,7 +12,7 @@ from goalscope.envs.grocery.choosing import MOST, Choice, packages
 from goalscope.envs.grocery.dietary import Bounds, bounds_of, diets_of, refusal
 from goalscope.envs.grocery.profiles import checks_met, unwanted
 from goalscope.envs.grocery.search import Search
-from goalscope.envs.tables import read_examples
+from goalscope.inputs import read_examples
 from goalscope.occasions import Occasion, shipped_occasions
 from goalscope.orders import Order, Verb
 from goalscope.standing import Standing

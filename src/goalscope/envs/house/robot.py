@@ -28,7 +28,7 @@ from goalscope.envs.house.simulator.controller import Controller
 from goalscope.envs.house.simulator.object_types import LASTING, PREDICATES
 from goalscope.envs.house.simulator.state import is_whole
 from goalscope.envs.house.view import View, readable, the
-from goalscope.envs.tables import read_examples
+from goalscope.inputs import read_examples
 from goalscope.models.embedding import embedded
 from goalscope.occasions import Occasion, shipped_occasions
 from goalscope.orders import Order, Verb, orders_from_text

@@ -16,7 +16,7 @@ from goalscope.envs.house.simulator.state import (
     is_whole,
     number,
 )
-from goalscope.envs.tables import shown
+from goalscope.inputs import shown
 
 __all__ = ["MOTIONS", "QUERIES"]
 

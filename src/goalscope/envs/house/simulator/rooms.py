@@ -20,7 +20,7 @@ from goalscope.envs.house.simulator.object_types import (
 )
 from goalscope.envs.house.simulator.objects import new_floor, new_object
 from goalscope.envs.house.simulator.state import ENCLOSING, EYE_HEIGHT, Scene, State
-from goalscope.envs.tables import is_list, nearest, read_table, refuse_unknown, shown
+from goalscope.inputs import is_list, nearest, read_table, refuse_unknown, shown
 from goalscope.types import InvalidInputError
 
 __all__ = ["read_room"]

@@ -20,7 +20,7 @@ from goalscope.envs.house.simulator.geometry import box_metadata, vec
 from goalscope.envs.house.simulator.object_types import LIQUIDS
 from goalscope.envs.house.simulator.rooms import read_room
 from goalscope.envs.house.simulator.state import Scene, State
-from goalscope.envs.tables import shown
+from goalscope.inputs import shown
 from goalscope.types import InvalidInputError
 
 __all__ = ["import_scene", "known_scenes", "load_scene", "read_scene", "scene_from_metadata"]

@@ -18,7 +18,7 @@ from goalscope.envs.house.simulator.geometry import (
     sees,
     vec,
 )
-from goalscope.envs.tables import shown
+from goalscope.inputs import shown
 from goalscope.types import InvalidInputError
 
 __all__ = ["ENCLOSING", "Failure", "Scene", "State", "by_id", "innermost", "is_at", "is_whole"]

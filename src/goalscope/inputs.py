@@ -1,8 +1,9 @@
-"""TOML files written by people; errors name the place and the remedy."""
+"""TOML and JSON written by people and their programs; errors name the place and the remedy."""
 
 from __future__ import annotations
 
 import difflib
+import json
 import tomllib
 from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
 from importlib.resources import files
@@ -14,8 +15,8 @@ from typing import Any, cast
 from goalscope.orders import Example
 from goalscope.types import InvalidInputError, Profile
 
-__all__ = ["is_list", "lists_of", "nearest", "read_examples", "read_profiles", "read_table"]
-__all__ += ["refuse_unknown", "shown"]
+__all__ = ["RepeatedKeyError", "is_list", "lists_of", "nearest", "parse_json", "read_examples"]
+__all__ += ["read_profiles", "read_table", "refuse_unknown", "shown"]
 
 _REPR = Repr()
 _REPR.maxstring = _REPR.maxother = 80
@@ -103,6 +104,30 @@ def read_table(source: Path | Traversable, subject: str) -> dict[str, Any]:
         cause = str(error)
         cause = cause if len(cause) < 200 and cause.isprintable() else shown(cause)
         raise InvalidInputError(f"{subject} not valid TOML: {cause}.") from None
+
+
+class RepeatedKeyError(ValueError):
+    """A JSON object has a key twice, of which one would be lost."""
+
+
+def parse_json(text: str | bytes) -> Any:
+    """The value of a JSON text.
+
+    Raises:
+        RepeatedKeyError: An object has a key twice.
+        ValueError: It is not JSON.
+        RecursionError: It is nested too deeply.
+    """
+    return json.loads(text, object_pairs_hook=_once)
+
+
+def _once(pairs: list[tuple[str, object]]) -> dict[str, object]:
+    found = dict(pairs)
+    if len(found) < len(pairs):
+        names = [name for name, _ in pairs]
+        twice = next(name for name in names if names.count(name) > 1)
+        raise RepeatedKeyError(f"the key {shown(twice)} stands there twice. Remove one of them.")
+    return found
 
 
 def read_examples(package: str) -> tuple[Example, ...]:
