@@ -6,6 +6,8 @@ import html
 import re
 import unicodedata
 
+from goalscope.invisible import FORMAT, without_invisible
+
 __all__ = ["plain"]
 
 _CHARACTERS = str.maketrans(
@@ -14,9 +16,6 @@ _CHARACTERS = str.maketrans(
         **dict.fromkeys("\u201c\u201d\u201f\u2033\u00ab\u00bb\uff02", '"'),
         **dict.fromkeys("\u2010\u2011\u2012\u2013\u2212\ufe63\uff0d", "-"),
         **dict.fromkeys("\u00a0\u2007\u2009\u200a\u202f\u3000", " "),
-        # soft hyphen, zero width, byte order, direction; joiners are letters of some scripts
-        **dict.fromkeys("\u00ad\u200b\u2060\ufeff\u200e\u200f\u061c", None),
-        **dict.fromkeys("\u202a\u202b\u202c\u202d\u202e\u2066\u2067\u2068\u2069", None),
     }
 )
 _ENTITY = re.compile(r"&(?:#\d{1,7}|#x[0-9a-f]{1,6}|[a-z]{2,31});", re.IGNORECASE)
@@ -32,12 +31,13 @@ _SPLIT = re.compile(
 def plain(text: str) -> str:
     """`text` with the characters of a plain keyboard, composed (NFC), and without markup.
 
-    Apostrophes, quotes, hyphens and spaces of every make become the plain ones; soft hyphens,
-    zero-width and direction characters, HTML entities and Markdown emphasis go; "don t" is "don't".
+    Apostrophes, quotes, hyphens and spaces of every make become the plain ones; HTML entities,
+    Markdown emphasis and invisible characters (see `without_invisible`) go; "don t" is "don't".
     What a person typed is shown and stored as it is.
     """
     if "&" in text:
         text = _ENTITY.sub(lambda entity: html.unescape(entity[0]), text)
     if not text.isascii() or "`" in text:
-        text = unicodedata.normalize("NFC", text.translate(_CHARACTERS))
+        text = without_invisible(text.translate(_CHARACTERS), kinds=FORMAT)
+        text = unicodedata.normalize("NFC", text)
     return _SPLIT.sub(r"\1't", _EMPHASIS.sub(r"\2", text))
