@@ -3,13 +3,12 @@
 from __future__ import annotations
 
 import itertools
-import json
 import re
 import time
 from pathlib import Path
 
 import pytest
-from playwright.sync_api import Locator, Page, Route, expect
+from playwright.sync_api import Locator, Page, expect
 
 from browsers import needs_chromium
 from fakes import WordModel
@@ -338,26 +337,6 @@ def test_a_note_that_is_said_again_is_small(page: Page) -> None:
     expect(notes.last).to_be_in_viewport()
     sizes = [each.evaluate("e => parseFloat(getComputedStyle(e).fontSize)") for each in notes.all()]
     assert sizes[1] < sizes[0]
-
-
-def test_what_is_being_written_is_shown_until_it_is_asked(page: Page, address: str) -> None:
-    episode = page.url.rpartition("/")[2]
-    live = page.request.get(f"{address}/api/episodes/{episode}").json()["live"]
-    writes = {"phase": "thinking", "step": "asking", "query": None, "draft": "What kind"}
-    told = {**live, **writes, "version": live["version"] + 1}
-
-    def events(route: Route) -> None:
-        body = f"retry: 500\nevent: live\ndata: {json.dumps(told)}\n\n"
-        route.fulfill(content_type="text/event-stream", body=body)
-
-    page.route("**/events", events)
-    page.reload()
-    draft = page.locator(".bubble.draft")
-    expect(draft).to_have_text("Assistant: What kind")
-    expect(draft).to_have_attribute("aria-live", "off")
-    told |= {"version": live["version"] + 2, "phase": "idle", "query": "What kind of cake?"}
-    expect(draft).to_be_hidden()
-    expect(page.get_by_text("What kind of cake?")).to_be_visible()
 
 
 def test_what_a_correction_does_and_what_columns_mean_is_said(page: Page) -> None:

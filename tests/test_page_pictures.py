@@ -146,7 +146,7 @@ def test_the_fonts_are_there(tour: Tour) -> None:
     devices.send("DOM.enable")
     devices.send("CSS.enable")
     document = devices.send("DOM.getDocument")["root"]["nodeId"]
-    for what in ("h1", "h2", ".bubble.agent:not(.draft)", ".bubble.person", ".percent", ".price"):
+    for what in ("h1", "h2", ".bubble.agent", ".bubble.person", ".percent", ".price"):
         node = devices.send("DOM.querySelector", {"nodeId": document, "selector": what})
         fonts = devices.send("CSS.getPlatformFontsForNode", {"nodeId": node["nodeId"]})["fonts"]
         assert sum(font["glyphCount"] for font in fonts) > 0, what

@@ -15,10 +15,10 @@ from goalscope.plain_text import plain
 from goalscope.tracker import GoalTracker
 from goalscope.types import Goal, InvalidInputError, canonical
 
-APOSTROPHES = "\u2018\u2019\u00b4\u2032\u02bc\uff07`"
-HYPHENS = "\u2010\u2011\u2012\u2013\u2212"
+APOSTROPHES = "\u2018\u2019\u00b4\u2032\u02bc\uff07`\u02b9\u02bb\u055a\u2035\u275c\u0092"
+HYPHENS = "\u2010\u2011\u2012\u2013\u2212\u02d7\u2043\ufe58\ufe63\uff0d"
 PERSIAN = "\u0645\u06cc\u200c\u062e\u0648\u0627\u0647\u0645"  # its joiner is a letter
-UNSEEN = "\u00ad\u200b\u2060\ufeff\u202e\u2066"
+UNSEEN = "\u00ad\u200b\u2060\ufeff\u202e\u2066\u200c\u200d\u034f\u180e\ufe0f\u2063\U000e0061"
 
 
 @pytest.mark.parametrize("mark", APOSTROPHES)
@@ -40,7 +40,14 @@ def test_what_nobody_sees_is_not_read(mark: str) -> None:
     ("typed", "read"),
     [
         ("Please don&#39;t transfer my money", "Please don't transfer my money"),
+        ("Please don&amp;#39;t transfer it", "Please don't transfer it"),
+        ("Please don&rsquo;t transfer&nbsp;it", "Please don't transfer it"),
         ("fish &amp; chips", "fish & chips"),
+        ("do <b>not</b> transfer it, <i>please</i>", "do not transfer it, please"),
+        ("if 3 < 4 and <name> is b", "if 3 < 4 and <name> is b"),
+        ("\uff44\uff4f \uff4e\uff4f\uff54\u3000\uff42\uff55\uff59", "do not buy"),
+        ("do \U0001d5fb\U0001d5fc\U0001d601 \ufb01nish", "do not finish"),
+        ("Please don;t, or don''t", "Please don't, or don't"),
         ("AT&T; sells it", "AT&T; sells it"),
         ("do _not_ transfer it", "do not transfer it"),
         ("do **not** transfer it", "do not transfer it"),

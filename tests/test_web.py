@@ -10,7 +10,8 @@ from xml.etree import ElementTree
 
 import pytest
 
-from fakes import WordModel
+from fakes import QUESTION, WordModel
+from goalscope.dialog import FALLBACK, OPENING
 from goalscope.domains import Settings
 from goalscope.episode import Round
 from goalscope.store import Store
@@ -107,24 +108,33 @@ def test_listeners_hear_each_step_the_round_and_the_end(ann: Person, mine: str) 
     assert {"scoring 1 goal", "proposing goals", "checking goals", "planning", "asking"} <= {*steps}
 
 
-@pytest.mark.parametrize("seconds", [0.0, 3600.0], ids=["at once", "now and then"])
-def test_a_question_is_told_as_it_is_written(
-    address: str, visit, monkeypatch, seconds: float
+@pytest.mark.parametrize(
+    ("written", "said"),
+    [
+        ("Is it a birthday?", "Is it a birthday?"),
+        ("Wonderful, a cake! Shall I add sugar?", "Shall I add sugar?"),
+        ("Perhaps you like cake most of all.", FALLBACK),
+        ("What can I help you with?", FALLBACK),
+        ("Is it a birthday? they asked, and left", FALLBACK),
+        ("Is it a birthday?\nIs it hers?", "Is it a birthday?"),
+        ("", FALLBACK),
+    ],
+)
+def test_of_what_the_agent_writes_only_what_it_says_is_told(
+    tmp_path: Path, visit, written: str, said: str
 ) -> None:
-    monkeypatch.setattr(conversations, "DRAFT_SECONDS", seconds)
-    ann = visit(address)
-    mine = ann.begin()
-    with heard(ann, mine, lambda data: data.get("round") == 2 and data["phase"] == "idle") as told:
-        ann.say(mine, CAKE)
-    lives = [data for kind, data in told if kind == "live"]
-    drafts = {each["draft"] for each in lives if each["draft"]}
-    if seconds:
-        assert len(drafts) <= 1
-    else:
-        assert {"What", "What do", "What do you", "What do you like?"} <= drafts
-    assert all(each["step"] == "asking" for each in lives if each["draft"])
-    assert all(each["draft"] == "" for each in lives if each["query"])
-    assert lives[-1]["draft"] == ""
+    model = WordModel(WRITES | {QUESTION: written})
+    with site(tmp_path / "episodes.db", model) as address:
+        ann = visit(address)
+        mine = ann.begin()
+        with heard(ann, mine, lambda data: data.get("round") == 2 and data["query"]) as told:
+            ann.say(mine, CAKE)
+    words = written.split()
+    parts = {" ".join(words[: end + 1]) for end in range(len(words))}
+    texts = {str(value) for kind, data in told if kind == "live" for value in data.values()}
+    asked = {data["query"] for kind, data in told if kind == "live" and data["query"]}
+    assert {said} < asked == {OPENING, said}
+    assert not (texts & parts) - asked
 
 
 def test_a_goal_is_confirmed_ruled_out_reworded_and_each_taken_back(ann: Person, mine: str) -> None:

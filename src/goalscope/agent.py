@@ -17,7 +17,7 @@ from goalscope.executor import Execution, Executor
 from goalscope.goals import UNEXPLAINED, GoalManager, Trigger
 from goalscope.guards import UNSURE
 from goalscope.likelihood import Likelihood, RolePlay
-from goalscope.models import Model, OnText
+from goalscope.models import Model
 from goalscope.modules import Modules, modules_of
 from goalscope.orders import TELLING, Order, Reading, is_aside
 from goalscope.picking import Picker
@@ -77,7 +77,6 @@ class Agent:
         modules: Propose, remove, plan and ask; by default those of the model.
         unsure: Margin of an order, in nats, below which the agent asks before it acts.
         progress: Called with what the agent does next, before each part of a round.
-        draft: Called with the next question as it is written.
         understood: Called before the agent acts, with the round so far: the reading, the belief,
             and the goals that came and went.
 
@@ -101,7 +100,6 @@ class Agent:
         modules: Modules | None = None,
         unsure: float = UNSURE,
         progress: Callable[[str], None] | None = None,
-        draft: OnText | None = None,
         understood: Callable[[Round], None] | None = None,
     ) -> None:
         self.env = env
@@ -111,7 +109,6 @@ class Agent:
         self._pick = pick or Picker(model)
         self._executor = Executor(env, self._pick, unsure)
         self._progress = progress or _silent
-        self._draft = draft
         self._understood = understood or _silent
         self.modules = modules or modules_of(model)
         proposer = self.modules.proposer
@@ -172,7 +169,7 @@ class Agent:
         if not (last and self._aimed(last)):
             return FALLBACK
         goals = [goal.text for goal, _ in self._stated]
-        return ask(self.modules.asker, self.env, self.turns, self._done(), goals, self._draft)
+        return ask(self.modules.asker, self.env, self.turns, self._done(), goals)
 
     def _done(self) -> str:
         """What stands of what was done, in words."""

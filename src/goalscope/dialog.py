@@ -7,7 +7,7 @@ from typing import Protocol
 
 from goalscope.envs import Environment
 from goalscope.guards import CONFIRM
-from goalscope.models import Generator, LanguageModel, OnText
+from goalscope.models import Generator, LanguageModel
 from goalscope.plain_text import plain
 from goalscope.prompts import recent, render, transcript
 from goalscope.types import InvalidInputError, Message, Profile, Turn, checked_text
@@ -41,15 +41,7 @@ _REPLY = 80
 class Asker(Protocol):
     """Writes queries; see `goalscope.writer.Writer` and `goalscope.prompted.PromptedWriter`."""
 
-    def question(
-        self,
-        task: str,
-        turns: Sequence[Turn],
-        done: str,
-        goals: Sequence[str],
-        *,
-        on_text: OnText | None = None,
-    ) -> str:
+    def question(self, task: str, turns: Sequence[Turn], done: str, goals: Sequence[str]) -> str:
         """The next question; "" if there is nothing to ask.
 
         Args:
@@ -57,7 +49,6 @@ class Asker(Protocol):
             turns: The conversation.
             done: What the agent has done, in words.
             goals: The likeliest ones.
-            on_text: Called with the question as it is written.
         """
         ...
 
@@ -76,7 +67,6 @@ def ask(
     turns: Sequence[Turn],
     done: str,
     goals: Sequence[str],
-    on_text: OnText | None = None,
 ) -> str:
     """The agent's next question; none is asked twice.
 
@@ -86,11 +76,10 @@ def ask(
         turns: The conversation.
         done: What the agent has done, in words.
         goals: The likeliest ones.
-        on_text: Called with the question as it is written.
     """
     if not turns:
         return OPENING
-    question = question_of(asker.question(env.task, turns, done, goals, on_text=on_text))
+    question = question_of(asker.question(env.task, turns, done, goals))
     asked = {question_of(turn.query) for turn in turns}
     return question if question.endswith("?") and question not in asked else FALLBACK
 

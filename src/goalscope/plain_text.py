@@ -6,25 +6,42 @@ import html
 import re
 import unicodedata
 
+from goalscope.invisible import FORMAT, without_invisible
+
 __all__ = ["plain"]
 
 _CHARACTERS = str.maketrans(
     {
-        **dict.fromkeys("\u2018\u2019\u201b\u02bc\u00b4\u2032\u0060\uff07", "'"),
-        **dict.fromkeys("\u201c\u201d\u201f\u2033\u00ab\u00bb\uff02", '"'),
-        **dict.fromkeys("\u2010\u2011\u2012\u2013\u2212\ufe63\uff0d", "-"),
-        **dict.fromkeys("\u00a0\u2007\u2009\u200a\u202f\u3000", " "),
-        # soft hyphen, zero width, byte order, direction; joiners are letters of some scripts
-        **dict.fromkeys("\u00ad\u200b\u2060\ufeff\u200e\u200f\u061c", None),
-        **dict.fromkeys("\u202a\u202b\u202c\u202d\u202e\u2066\u2067\u2068\u2069", None),
+        **dict.fromkeys(
+            "`\u0091\u0092\u00b4\u02b9\u02bb\u02bc\u02c8\u02ca\u02cb\u055a\u05f3\u07f4\u07f5\u1fbd\u1fbf"
+            "\u2018\u2019\u201b\u2032\u2035\u275b\u275c\ua78b\ua78c\uff07\uff40",
+            "'",
+        ),
+        **dict.fromkeys(
+            "\u0093\u0094\u00ab\u00bb\u02ba\u05f4\u201c\u201d\u201e\u201f\u2033\u2036\u275d\u275e\uff02",
+            '"',
+        ),
+        **dict.fromkeys(
+            "\u02d7\u058a\u05be\u1806\u2010\u2011\u2012\u2013\u2043\u2212\u2796\ufe58\ufe63\uff0d",
+            "-",
+        ),
+        **dict.fromkeys("\u1680\u3164\u115f\u1160\uffa0", " "),  # seen as spaces
     }
 )
+_STYLED = re.compile("[\uff01-\uff5e\ufb00-\ufb06\U0001d400-\U0001d7ff]+")
+"""Letters of full width, in ligatures, and in mathematical type, which sites offer as bold."""
+
+_VARIANT = re.compile("\u034f|(?<=\\w)[\u180b-\u180f\ufe00-\ufe0f]")
+"""Marks that choose how a letter looks; emoji keep theirs."""
+
 _ENTITY = re.compile(r"&(?:#\d{1,7}|#x[0-9a-f]{1,6}|[a-z]{2,31});", re.IGNORECASE)
+_TAG = re.compile(r"</?(?:b|i|u|s|em|strong|del|ins|mark|small|code|span)>", re.IGNORECASE)
 _EMPHASIS = re.compile(
     r"(?<![\w*_~])(\*{1,3}|_{1,3}|~~)(?=[^\s*_~])([^*_~\n]+?)(?<=\S)\1(?![\w*_~])"
 )
 _SPLIT = re.compile(
-    r"\b((?:do|does|did|is|are|was|were|should|would|could|must|need|have|has|had|wo|ca)n) t\b",
+    r"\b((?:do|does|did|is|are|was|were|should|would|could|must|need|have|has|had|wo|ca)n)"
+    r"(?: |[;,\"]|'')t\b",
     re.IGNORECASE,
 )
 
@@ -32,12 +49,23 @@ _SPLIT = re.compile(
 def plain(text: str) -> str:
     """`text` with the characters of a plain keyboard, composed (NFC), and without markup.
 
-    Apostrophes, quotes, hyphens and spaces of every make become the plain ones; soft hyphens,
-    zero-width and direction characters, HTML entities and Markdown emphasis go; "don t" is "don't".
-    What a person typed is shown and stored as it is.
+    Apostrophes, quotes, hyphens, spaces and letters of every make become the plain ones; HTML
+    entities, marks of emphasis in HTML and Markdown, and invisible characters (see
+    `without_invisible`) go; "don t" is "don't". What a person typed is shown and stored as it is.
     """
-    if "&" in text:
-        text = _ENTITY.sub(lambda entity: html.unescape(entity[0]), text)
+    for _ in range(2):  # programs escape twice
+        if "&" in text:
+            text = _ENTITY.sub(lambda entity: html.unescape(entity[0]), text)
+    if "<" in text:
+        text = _TAG.sub("", text)
     if not text.isascii() or "`" in text:
-        text = unicodedata.normalize("NFC", text.translate(_CHARACTERS))
+        text = _STYLED.sub(lambda styled: unicodedata.normalize("NFKC", styled[0]), text)
+        text = _VARIANT.sub("", text.translate(_CHARACTERS))
+        text = _spaced(without_invisible(text, kinds=FORMAT))
+        text = unicodedata.normalize("NFC", text)
     return _SPLIT.sub(r"\1't", _EMPHASIS.sub(r"\2", text))
+
+
+def _spaced(text: str) -> str:
+    """`text` with plain spaces: those of other widths, and those that do not break."""
+    return "".join(" " if unicodedata.category(each) == "Zs" else each for each in text)

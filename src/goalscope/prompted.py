@@ -11,7 +11,7 @@ from collections.abc import Mapping, Sequence
 from typing import Any, cast
 
 from goalscope.envs import Environment
-from goalscope.models import Generator, OnText
+from goalscope.models import Generator
 from goalscope.policy import Guess, Outcome, Want, attempted
 from goalscope.prompts import recent, render
 from goalscope.standing import Standing
@@ -84,8 +84,6 @@ class PromptedWriter:
         turns: Sequence[Turn],
         done: str,
         goals: Sequence[str],
-        *,
-        on_text: OnText | None = None,
     ) -> str:
         """See `goalscope.dialog.Asker`."""
         shown = recent(self.model, turns, _TURNS)

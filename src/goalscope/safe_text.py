@@ -2,28 +2,23 @@
 
 from __future__ import annotations
 
-import unicodedata
 from pathlib import PurePath
 
 from rich.text import Text
+
+from goalscope.invisible import without_invisible
 
 __all__ = ["domain_shown", "model_shown", "terminal_safe"]
 
 SHOWN = {"Smollm2 135M 8k Lc100K Mix1 Ep2": "SmolLM2-135M-Instruct"}
 """The known names of models whose files, and so episodes and calibrations, name them otherwise."""
 
-HIDDEN = {"Cc", "Cf", "Cs", "Co", "Zl", "Zp"}  # control, format (bidi), surrogates, separators
-
 
 def terminal_safe(text: str, style: str = "") -> Text:
     """Text without markup, escape sequences or characters that reorder the line."""
-    shown = "".join(
-        each
-        if each == "\n" or unicodedata.category(each) not in HIDDEN
-        else "\N{REPLACEMENT CHARACTER}"
-        for each in text.replace("\t", " ").replace("\r\n", "\n")
-    )
-    return Text(shown, style)
+    lines = text.replace("\t", " ").replace("\r\n", "\n").split("\n")
+    shown = (without_invisible(line, "\N{REPLACEMENT CHARACTER}") for line in lines)
+    return Text("\n".join(shown), style)
 
 
 def domain_shown(name: str) -> str:

@@ -24,7 +24,7 @@ from goalscope.domains import (
 from goalscope.envs import Environment, met_checks
 from goalscope.episode import Round
 from goalscope.habits import habitual
-from goalscope.models import Model, OnText, model_name
+from goalscope.models import Model, model_name
 from goalscope.ranking import Ranking
 from goalscope.store import EpisodeInfo, Store, new_episode
 from goalscope.tracker import Correction
@@ -94,7 +94,6 @@ class Session:
         owner: str | None = None,
         resume: EpisodeInfo | None = None,
         progress: Callable[[str], None] | None = None,
-        draft: OnText | None = None,
         understood: Callable[[Round], None] | None = None,
     ) -> None:
         """Begin an episode, or resume one.
@@ -109,8 +108,7 @@ class Session:
                 it if the human is "you".
             owner: Whose episode it is, on the web page.
             resume: The stored episode to resume.
-            progress: See `Agent`, as for the next two.
-            draft: Called with the query as it is being written.
+            progress: See `Agent`, as for the next.
             understood: Called with each round before the agent acts.
 
         Raises:
@@ -128,7 +126,6 @@ class Session:
             propose=settings.propose,
             modules=modules_for(settings, model),
             progress=progress,
-            draft=draft,
             understood=understood,
         )
         self._human = self._make_human(model, read)

@@ -7,6 +7,7 @@ from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 from typing import Any, Literal, cast
 
+from goalscope.invisible import JOINERS
 from goalscope.plain_text import plain
 
 __all__ = [
@@ -99,8 +100,12 @@ def pluralize(number: int, noun: str) -> str:
 
 
 def canonical(text: str) -> str:
-    """A goal's text apart from case, spaces, the final mark and how it was typed (`plain`)."""
-    return " ".join(plain(text).casefold().split()).rstrip(".!? ")
+    """A goal's text apart from case, spaces, joiners, the final mark and how it was typed.
+
+    How it was typed is what `plain` leaves out. Joiners shape words; most people leave some out.
+    """
+    words = plain(text).translate(dict.fromkeys(map(ord, JOINERS))).casefold().split()
+    return " ".join(words).rstrip(".!? ")
 
 
 @dataclass(frozen=True, slots=True)

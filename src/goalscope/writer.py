@@ -11,7 +11,7 @@ from collections.abc import Callable, Sequence
 import numpy as np
 import numpy.typing as npt
 
-from goalscope.models import Model, OnText
+from goalscope.models import Model
 from goalscope.models.scoring import logprobs_of
 from goalscope.occasions import Occasion
 from goalscope.prompts import recent, render
@@ -64,13 +64,11 @@ class Writer:
         turns: Sequence[Turn],
         done: str,
         goals: Sequence[str],
-        *,
-        on_text: OnText | None = None,
     ) -> str:
         """See `goalscope.dialog.Asker`; "" if the question is too unlikely to be sensible."""
         shown = recent(self.model, turns, _TURNS)
         prompt = question_prompt(task, shown, done, goals)
-        reply = self.model.generate(prompt, max_tokens=_MOST_TOKENS["question"], on_text=on_text)
+        reply = self.model.generate(prompt, max_tokens=_MOST_TOKENS["question"])
         line = " ".join(reply.text.split("\n")[0].split())
         sure = reply.log_probability is None or reply.log_probability > _SURE
         return line if sure and reply.finish != "length" and line.endswith("?") else ""

@@ -43,9 +43,6 @@ MAX_OPEN = 100
 OPEN_SECONDS = 60.0
 """Minimum time that a conversation stays open after a request."""
 
-DRAFT_SECONDS = 0.1
-"""Minimum time between two drafts."""
-
 Event = tuple[Literal["live", "round", "ended"], BaseModel]
 
 
@@ -88,7 +85,6 @@ class Conversation:
         self._listeners: dict[asyncio.Queue[Event], asyncio.AbstractEventLoop] = {}
         self._opened: Session | None = None
         self._viewed: tuple[Belief | Ranking | None, BeliefView | None] = None, None
-        self._draft_time = 0.0
         self.used = time.monotonic()
         try:
             if resumed:
@@ -251,7 +247,6 @@ class Conversation:
             owner=self._owner,
             resume=resume,
             progress=lambda step: self._update(step=step),
-            draft=self._on_draft,
         )
         session.begin()  # its page is found by the id
         return session
@@ -275,7 +270,7 @@ class Conversation:
     def _submit(self, work: Callable[[], T]) -> Future[T]:
         """Run the claimed step in the queue; then, even if cancelled, it is the person's turn."""
         future = self._queue.submit(work, self._on_move)
-        future.add_done_callback(lambda _: self._update(phase="idle", place=0, step="", draft=""))
+        future.add_done_callback(lambda _: self._update(phase="idle", place=0, step=""))
         return future
 
     def _on_move(self, place: int) -> None:
@@ -321,18 +316,12 @@ class Conversation:
         except Exception:
             log.exception("a question failed")
             query = FALLBACK
-        self._update(query=query, draft="")
+        self._update(query=query)
 
     def _update(self, **changes: Any) -> None:
         with self._lock:
             self._state = self._changed(version=self._state.version + 1, **changes)
             self._publish("live", self.live)
-
-    def _on_draft(self, text: str) -> None:
-        now = time.monotonic()
-        if self._listeners and now - self._draft_time >= DRAFT_SECONDS:
-            self._draft_time = now
-            self._update(draft=text)
 
     def _publish(
         self, kind: Literal["live", "round", "ended"], view: Callable[[], BaseModel]

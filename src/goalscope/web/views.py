@@ -238,7 +238,6 @@ class Live(BaseModel):
         phase: "idle" for the person's turn, "waiting" in the queue, "thinking".
         place: Number of tasks ahead in the queue.
         step: What the agent is doing.
-        draft: The question that it is writing; it writes several, and asks one.
         query: The question that it asks; None until it is chosen.
         round: Number of the next utterance's round; 0 while the episode is being opened.
         utterance: The words that the agent is processing, or failed on.
@@ -255,7 +254,6 @@ class Live(BaseModel):
     completion_phrase: str
     place: int = 0
     step: str = ""
-    draft: str = ""
     query: str | None = None
     round: int = 0
     utterance: str | None = None

@@ -5,13 +5,13 @@ from __future__ import annotations
 import csv
 import io
 import re
-import unicodedata
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from decimal import Decimal
 from importlib.resources import files
 from pathlib import Path
 
+from goalscope.invisible import without_invisible
 from goalscope.types import InvalidInputError
 
 __all__ = ["Catalogue", "Item"]
@@ -34,6 +34,7 @@ _NUMBER = r"(\.\d+|\d+(?:[.,]\d+)*)"
 _RANGE = re.compile(
     _NUMBER + r"(?:\s*(?:through|to|[-\u2013\u2014]))+\s*[^\d\s]{0,3}\s*" + _NUMBER, re.IGNORECASE
 )
+_CONTROL = re.compile(r"[\x00-\x1f\x7f-\x9f]")
 _SINGLE = re.compile(
     r"^[^\d.,\-\u2212]*(?:(?<=[a-z])\.\s*)?" + _NUMBER + r"(?![\d.,]*e[+-]?\d)", re.IGNORECASE
 )
@@ -228,8 +229,7 @@ def _collected(rows: Iterable[list[str]], where: Mapping[str, int], label: str) 
 
 def _clean(text: str) -> str:
     """`text` on one line, without control and invisible characters, cut at `_LONGEST`."""
-    kinds = ((c, unicodedata.category(c)) for c in text[: 20 * _LONGEST])
-    shown = "".join(" " if k == "Cc" else "" if k[0] == "C" else c for c, k in kinds)
+    shown = without_invisible(_CONTROL.sub(" ", text[: 20 * _LONGEST]))
     return " ".join(shown.split())[:_LONGEST].rstrip()
 
 

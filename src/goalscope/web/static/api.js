@@ -14,7 +14,7 @@
  * @typedef {{phase: "idle"|"waiting"|"thinking", place: number, step: string, query: ?string,
  *   round: number, utterance: ?string, belief: ?Belief, changes: Change[], can_undo: boolean,
  *   confirm: ?{state: string, status: string, question: string, yes: string, no: string},
- *   completion_phrase: string, draft: string, error: ?string}} Live
+ *   completion_phrase: string, error: ?string}} Live
  */
 
 /** The server's refusal; the message says what to do. */

@@ -1,5 +1,6 @@
 /** Shows the page that the address names behind its #. */
 
+import "./keys.js";
 import { api } from "./api.js";
 import { h } from "./dom.js";
 import { episodes } from "./episodes.js";

@@ -31,14 +31,13 @@ export class Log {
 
   /**
    * @param {import("./api.js").Round[]} rounds
-   * @param {?{round: number, query: ?string, draft: string, utterance: ?string}} open The exchange
-   *   under way.
+   * @param {?{round: number, query: ?string, utterance: ?string}} open The exchange under way.
    */
   show(rounds, open = null) {
     const numbers = rounds.map((round) => round.number);
     rounds.forEach((round, place) => this.#exchange(round.number).settle(round, rounds[place - 1]?.notes));
     if (open && !numbers.includes(open.round)) {
-      this.#exchange(open.round).say(open.query, open.utterance, open.draft);
+      this.#exchange(open.round).say(open.query, open.utterance);
       numbers.push(open.round);
     }
     for (const number of [...this.exchanges.keys()]) {
@@ -92,13 +91,11 @@ class Exchange {
     this.named = named;
     this.settled = false;
     this.query = bubble("agent", "Assistant");
-    this.draft = bubble("agent draft", "Assistant", { "aria-live": "off" });
     this.utterance = bubble("person", "You");
     this.done = h("div", { class: "done-list" });
     this.element = h(
       "div",
       { class: "exchange", "data-round": number },
-      this.draft.element,
       this.query.element,
       this.utterance.element,
       this.done,
@@ -106,9 +103,7 @@ class Exchange {
     this.say(null, null);
   }
 
-  /** The draft stands where the query will be. */
-  say(query, utterance, draft = "") {
-    this.draft.show(query ? "" : draft);
+  say(query, utterance) {
     this.query.show(query);
     this.utterance.show(utterance);
   }
@@ -134,9 +129,9 @@ class Exchange {
   }
 }
 
-function bubble(kind, who, attributes = {}) {
+function bubble(kind, who) {
   const text = h("span", {});
-  const element = h("p", { class: `bubble ${kind}`, ...attributes }, unseen(`${who}: `), text);
+  const element = h("p", { class: `bubble ${kind}` }, unseen(`${who}: `), text);
   return {
     element,
     show: (said) => {
@@ -146,12 +141,19 @@ function bubble(kind, who, attributes = {}) {
   };
 }
 
-/** The input field. Enter sends, with Shift it begins a new line. */
+const WAIT = "Not sent yet: the assistant is still busy. Your words stay here until you send them.";
+const NOW = "Not sent yet. Press Enter or Send.";
+
+/**
+ * The input field. Enter sends, with Shift it begins a new line. While the agent works, words are
+ * kept and nothing is sent: they might answer a question that the person has not seen.
+ */
 export class Composer {
   /** @param {(text: string) => void} send */
   constructor(send) {
     this.send = send;
     this.ready = false;
+    this.kept = false;
     this.input = h("textarea", {
       id: "utterance",
       rows: 1,
@@ -159,7 +161,7 @@ export class Composer {
       placeholder: "Write what you would like",
       oninput: () => this.#changed(),
       onkeydown: (event) => {
-        if (event.key !== "Enter" || event.shiftKey || event.isComposing) return;
+        if (event.key !== "Enter" || event.shiftKey) return;
         event.preventDefault();
         this.#submit();
       },
@@ -169,12 +171,13 @@ export class Composer {
       event.preventDefault();
       this.#submit();
     };
+    this.note = h("p", { class: "kept", role: "status" });
     this.element = h(
       "form",
-      { class: "composer", onsubmit: submit },
+      { onsubmit: submit },
       h("label", { for: "utterance", class: "unseen" }, "Your words"),
-      this.input,
-      this.button,
+      h("div", { class: "composer" }, this.input, this.button),
+      this.note,
     );
   }
 
@@ -184,24 +187,31 @@ export class Composer {
     this.#changed();
   }
 
-  /** Puts words into the field, to be edited or sent. */
+  /** Puts words into the field, below what was typed, to be edited or sent. */
   write(text) {
-    this.input.value = text;
+    if (!this.words.endsWith(text)) this.input.value = this.words ? `${this.words}\n${text}` : text;
     this.#changed();
     this.input.focus();
   }
 
+  /** The words that were not sent. */
+  get words() {
+    return this.input.value.trim();
+  }
+
   #changed() {
-    this.button.disabled = !this.ready || !this.input.value.trim();
+    this.button.disabled = !this.ready || !this.words;
+    if (!this.words) this.kept = false;
+    setText(this.note, this.kept ? (this.ready ? NOW : WAIT) : "");
     this.input.style.setProperty("height", "auto");
     this.input.style.setProperty("height", `${Math.min(this.input.scrollHeight + 2, 160)}px`);
   }
 
   #submit() {
-    const text = this.input.value.trim();
-    if (!this.ready || !text) return;
-    this.input.value = "";
+    const text = this.words;
+    this.kept = !this.ready;
+    if (this.ready && text) this.input.value = "";
     this.#changed();
-    this.send(text);
+    if (this.ready && text) this.send(text);
   }
 }

@@ -1,5 +1,6 @@
 /** A study: consent, instructions, one question after the other, and thanks at the end. */
 
+import "./keys.js";
 import { h } from "./dom.js";
 import { statusView } from "./status.js";
 import { api, Keeper, otherwise, same } from "./study_api.js";

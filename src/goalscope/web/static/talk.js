@@ -153,7 +153,7 @@ class Talk {
     const { episode, rounds, live, connected } = this.state;
     const round = live?.round ?? rounds.length + 1;
     const utterance = this.pending ?? live?.utterance ?? this.failed;
-    this.log.show(rounds, live ? { round, query: live.query, draft: live.draft, utterance } : null);
+    this.log.show(rounds, live ? { round, query: live.query, utterance } : null);
     this.side.show(rounds, live);
     this.strip.show(this.side);
     this.#status(live, connected);
@@ -238,7 +238,7 @@ class Talk {
     }
     if (live || this.end.childElementCount) return;
     this.hangUp?.();
-    this.end.append(endCard(episode, statusSummary(rounds.at(-1)?.status ?? "")));
+    this.end.append(endCard(episode, statusSummary(rounds.at(-1)?.status ?? ""), this.composer.words));
     this.log.scrollToEnd();
   }
 }
@@ -254,7 +254,7 @@ function working(live, pending) {
   return `${step[0].toUpperCase()}${step.slice(1)}\u2026`;
 }
 
-function endCard(episode, total) {
+function endCard(episode, total, unsent) {
   const rounds = count(episode.rounds, "round");
   const score = episode.score === null ? "" : ` Score: ${episode.score.toFixed(2)}.`;
   return h(
@@ -262,6 +262,7 @@ function endCard(episode, total) {
     { class: "card ended", "aria-label": "The end" },
     h("h2", {}, episode.ended === "terminated" ? "Done" : "Out of rounds"),
     h("p", {}, `${total ? `${total}. ` : ""}It took ${rounds}.${score}`),
+    unsent ? h("p", { class: "unsent" }, `Not sent: \u201c${unsent}\u201d`) : null,
     h(
       "div",
       { class: "buttons" },

@@ -21,6 +21,7 @@ from goalscope.envs.house.simulator.object_types import (
 from goalscope.envs.house.simulator.objects import new_floor, new_object
 from goalscope.envs.house.simulator.state import ENCLOSING, EYE_HEIGHT, Scene, State
 from goalscope.inputs import is_list, nearest, read_table, refuse_unknown, shown
+from goalscope.invisible import without_invisible
 from goalscope.types import InvalidInputError
 
 __all__ = ["read_room"]
@@ -180,7 +181,7 @@ class _Room:
             raise InvalidInputError(f"{label}: the type {shown(name)} cannot be used; {hint}")
         label = f"{label} {name}"
         own = row.get("label", name)
-        if not isinstance(own, str) or not own.isprintable() or not 0 < len(own) <= 60:
+        if not isinstance(own, str) or without_invisible(own) != own or not 0 < len(own) <= 60:
             raise InvalidInputError(
                 f"{label}: 'label' must be a text of up to 60 characters, not {shown(own)}."
             )

@@ -21,6 +21,7 @@ from goalscope.envs.house.simulator.object_types import LIQUIDS
 from goalscope.envs.house.simulator.rooms import read_room
 from goalscope.envs.house.simulator.state import Scene, State
 from goalscope.inputs import shown
+from goalscope.invisible import without_invisible
 from goalscope.types import InvalidInputError
 
 __all__ = ["import_scene", "known_scenes", "load_scene", "read_scene", "scene_from_metadata"]
@@ -42,10 +43,6 @@ _FLAGS = (
     "isCooked", "isHeatSource", "isColdSource", "sliceable", "isSliced", "openable", "isOpen",
     "pickupable", "isPickedUp", "moveable",
 )  # fmt: skip
-_ODD = re.compile(
-    r"[\x00-\x1f\x7f-\x9f\xad\u061c\u200b-\u200f\u2028-\u202e\u2060-\u206f\ud800-\udfff\ufeff"
-    r"\ufff9-\ufffb\U000e0000-\U000e007f]|<\|"
-)
 
 
 def read_scene(path: str | Path) -> Scene:
@@ -316,7 +313,9 @@ def _agent(given: Any, label: str) -> dict[str, Any]:
 
 
 def _is_text(value: Any, most: int) -> bool:
-    return isinstance(value, str) and len(value) <= most and not _ODD.search(value)
+    """Whether it is short, and without invisible characters and a model's control tokens."""
+    is_short = isinstance(value, str) and len(value) <= most
+    return is_short and "<|" not in value and without_invisible(value) == value
 
 
 def _flag(value: Any, label: str, key: str) -> bool:

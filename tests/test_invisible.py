@@ -1,0 +1,162 @@
+# ruff: noqa: RUF001
+"""Joiners stay where a script needs them; nothing else that is invisible is shown."""
+
+from __future__ import annotations
+
+import io
+from pathlib import Path
+
+import pytest
+from hypothesis import example, given
+from hypothesis import strategies as st
+from rich.console import Console
+
+from goalscope.display import show_round
+from goalscope.envs.house.floor_plan import floor_plan
+from goalscope.envs.house.simulator.rooms import read_room
+from goalscope.episode import Round
+from goalscope.invisible import FORMAT, JOINERS, without_invisible
+from goalscope.plain_text import plain
+from goalscope.safe_text import terminal_safe
+from goalscope.store import Store
+from goalscope.tracker import GoalTracker
+from goalscope.types import Goal, InvalidInputError, Turn, canonical, checked_text
+from test_catalogue import load
+from test_house_picture import room
+from test_house_rooms import GOOD
+
+NJ, J = JOINERS
+WORDS = {
+    "Persian": f"می{NJ}خواهم",
+    "Persian after a letter that joins nothing": f"کار{NJ}ها",
+    "Persian after Latin letters": f"USB{NJ}ها",
+    "Persian after digits": f"۳۰{NJ}ساله، 5{NJ}ام",
+    "Persian at the end of a word": f"سال ۱۴۰۰ ه{J}.",
+    "Urdu": f"دل{NJ}چسپ",
+    "Kurdish": f"ب{NJ}ه",
+    "Pashto with a mark": f"خبرَ{NJ}رسان",
+    "Hindi": f"श्री रक्{J}षा, रक्{NJ}षा",
+    "Marathi": f"दर्{J}या",
+    "Bengali": f"র{J}্যাব",
+    "Malayalam at the end": f"അവന്{J}",
+    "Kannada": f"ರ{J}್ಕ",
+    "Sinhala": f"ශ්{J}රී ලංකා",
+    "Tamil": f"க்{NJ}ஷ",
+    "a family": f"👨{J}👩{J}👧{J}👦",
+    "a profession with a colour of skin": f"👩🏽{J}🚀",
+    "a heart on fire": f"❤️{J}🔥",
+    "a nod": f"🙂{J}↔️",
+    "a flag": f"🏳️{J}🌈",
+    "a word and a cook": f"Soup 👩{J}🍳",
+}
+OVERRIDES = {
+    "override": "\u202e", "embedding": "\u202a", "pop": "\u202c", "isolate": "\u2066",
+    "end of isolate": "\u2069", "mark": "\u200f", "zero-width space": "\u200b",
+    "soft hyphen": "\u00ad", "byte order": "\ufeff", "word joiner": "\u2060",
+    "invisible times": "\u2062", "tag": "\U000e0041", "annotation": "\ufff9",
+}  # fmt: skip
+scripts = pytest.mark.parametrize("word", WORDS.values(), ids=WORDS.keys())
+
+
+def goods(folder: Path, *names: str) -> list[str]:
+    rows = "".join(f'"{name}"\n' for name in names)
+    return [item.name for item in load(folder, f"name\n{rows}").items]
+
+
+@scripts
+def test_a_word_keeps_its_joiners_wherever_it_is_shown_stored_or_read(
+    word: str, tmp_path: Path
+) -> None:
+    assert without_invisible(word) == without_invisible(word, kinds=FORMAT) == word
+    assert terminal_safe(word).plain == word
+    assert plain(word) == word
+    assert checked_text(word, "goal") == word
+    assert goods(tmp_path, word, "tea") == [word, "tea"]
+    assert floor_plan(room() | {"sceneName": word}).name == word
+    out = Console(file=io.StringIO(), width=120)
+    turn = Turn("What else?", word)
+    show_round(out, Round(1, turn, None, (), status=word, notes=(word,)), None)
+    assert out.file.getvalue().count(word) >= 3
+    with Store.open(tmp_path / "episodes.db") as store:
+        episode = store.begin(domain=word, method="good", model="m", task=word, profile=word)
+        store.append(episode, Round(1, turn, None, ()))
+        assert store.rounds(episode)[0].turn == turn
+        assert store.episode(episode).profile == word
+        assert [info.id for info in store.episodes(text=word)] == [episode]
+
+
+@scripts
+@pytest.mark.parametrize("mark", OVERRIDES.values(), ids=OVERRIDES.keys())
+def test_what_reorders_or_hides_goes_beside_any_script(
+    word: str, mark: str, tmp_path: Path
+) -> None:
+    """Also between the letters of these scripts and at the ends."""
+    for hostile in (mark + word, word + mark, word[:1] + mark + word[1:], f"a{mark}b {word}"):
+        assert mark not in plain(hostile)
+        assert mark not in goods(tmp_path, hostile)[0]
+        assert mark not in terminal_safe(hostile).plain
+        assert "\N{REPLACEMENT CHARACTER}" in terminal_safe(hostile).plain
+
+
+@pytest.mark.parametrize("joiner", JOINERS)
+@pytest.mark.parametrize("shape", ["nut{}s", "{}nuts", "nuts{}", "n{0}u{0}t{0}s", "{0}{0}nuts"])
+def test_a_joiner_where_no_script_needs_it_makes_no_second_identity(
+    joiner: str, shape: str, model, tmp_path: Path
+) -> None:
+    typed = shape.format(joiner)
+    assert canonical(typed) == canonical("nuts")
+    assert plain(typed) == terminal_safe(typed).plain == "nuts"
+    assert goods(tmp_path, "nuts", typed) == ["nuts", "nuts (2)"]
+    tracker = GoalTracker(model, goals=["nuts", typed])
+    assert tracker.belief.goals == (tracker.belief.goals[0], Goal("nuts"))
+
+
+@scripts
+def test_a_goal_is_one_with_its_joiners_and_without(word: str) -> None:
+    bare = word.translate(dict.fromkeys(map(ord, JOINERS)))
+    assert canonical(word) == canonical(bare)
+
+
+@pytest.mark.parametrize("text", [NJ, J, f" {NJ}{J} ", "\u202e\u2066"])
+def test_joiners_alone_are_no_text(text: str) -> None:
+    with pytest.raises(InvalidInputError, match="is empty"):
+        checked_text(text, "goal")
+
+
+@given(st.text(st.sampled_from(f"{JOINERS}یک aé۵क्👩🏽❤\ufe0f\u202e\u00ad\n\t.☠"), max_size=12))
+@example(f"ی{NJ * 5}")
+@example(f"{NJ * 5}ی")
+@example(f"👩{J}{J}👩")
+def test_the_rule_is_stable_and_touches_only_what_is_invisible(text: str) -> None:
+    once = without_invisible(text)
+    assert without_invisible(once) == once
+    visible = [each for each in text if each not in f"{JOINERS}\u202e\u00ad\n\t"]
+    assert [each for each in once if each not in JOINERS] == visible
+    shown = terminal_safe(text).plain
+    assert terminal_safe(shown).plain == shown
+
+
+def test_millions_of_joiners_take_no_time() -> None:
+    assert without_invisible(NJ * 1_000_000) == ""
+    assert len(without_invisible(f"ی{NJ}" * 100_000)) == 200_000
+
+
+@scripts
+def test_a_room_may_be_labelled_in_any_script(word: str, tmp_path: Path) -> None:
+    file = tmp_path / "mine.toml"
+    file.write_text(f'{GOOD}label = "{word}"\n', encoding="utf-8")
+    assert any(each["objectType"] == "Apple" for each in read_room(file, label="mine").objects)
+    file.write_text(f'{GOOD}label = "\u202e{word}"\n', encoding="utf-8")
+    with pytest.raises(InvalidInputError, match="'label' must be a text"):
+        read_room(file, label="mine")
+
+
+@scripts
+def test_the_page_tells_words_as_they_were_said(word: str, address: str, visit) -> None:
+    ann = visit(address)
+    mine = ann.begin()
+    ann.say(mine, f"add {word}")
+    assert ann.get(mine)["rounds"][0]["utterance"] == f"add {word}"
+    ann.post(f"{mine}/corrections", kind="pin", goal=word)
+    goals = [each["text"] for each in ann.live(mine)["belief"]["goals"]]
+    assert word in goals
