@@ -208,8 +208,11 @@ def test_infer_leaves_foreign_files_alone(tmp_path):
 
 def test_one_process_at_a_time_infers_into_a_file(tmp_path, words):
     file, out = rows_file(tmp_path, ROW), tmp_path / "out.jsonl"
+    other = tmp_path / "link.jsonl"
+    other.symlink_to(out)
     with sole(out):
-        assert "Another process is writing to" in fails(2, "infer", file, "--out", out)
+        for name in (out, other):
+            assert "Another process is writing to" in fails(2, "infer", file, "--out", name)
     assert not out.exists()
     assert invoke("infer", file, "--out", out).exit_code == 0
 

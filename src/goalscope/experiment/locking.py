@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Generator
 from contextlib import contextmanager
 from pathlib import Path
@@ -20,7 +21,7 @@ def sole(file: Path) -> Generator[None]:
     Raises:
         InvalidInputError: Another process holds the lock.
     """
-    lock = FileLock(f"{file}.lock")
+    lock = FileLock(f"{os.path.realpath(file)}.lock")  # by whatever name each process calls it
     try:
         lock.acquire(blocking=False)
     except Timeout:
