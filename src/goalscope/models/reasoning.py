@@ -57,8 +57,10 @@ _ENDS = re.compile(
 _TAG = re.compile(r"<(answer|response|solution)>\s*", re.IGNORECASE)
 _SPACE = re.compile(r"\s*")
 _HALF = re.compile(
-    r"(?:<\|?/?[\w:|-]{0,40}|<\|channel(?:\|?|\|>[^<]{0,40}|\|>[^<]{0,40}<[\w|]{0,9})"
-    r"|<\|(?:open|close)\|>\w{0,9}(?:<[\w|]{0,4})?|\[/?[A-Z ]{0,24}|◁/?\w{0,20})\s*\Z"
+    rf"(?:<\|?/?[\w:|-]{{0,40}}|<{_NAME}\s[^<>]{{0,80}}|<\|channel>\w{{0,7}}"
+    r"|<\|channel\|>[^<]{0,40}(?:<[\w|]{0,9})?|<\|(?:open|close)\|>\w{0,9}(?:<[\w|]{0,5})?"
+    r"|\[/?(?-i:[A-Z ]{0,24})|◁/?\w{0,20})\s*\Z",
+    re.IGNORECASE,
 )
 """An end of a text that may be half a mark."""
 
