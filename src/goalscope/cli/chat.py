@@ -19,7 +19,7 @@ from goalscope.cli.options import (
     check_picture,
     expand_options,
 )
-from goalscope.cli.terminal import console, settings_model, spinner
+from goalscope.cli.terminal import console, measured_meanwhile, settings_model, spinner
 from goalscope.types import Goal, GoalscopeError, InvalidInputError, checked_text, pluralize
 
 if TYPE_CHECKING:
@@ -107,7 +107,11 @@ def chat(
             settings = given.settings(rounds=rounds or Settings().rounds)
         profile = info.profile if info else None
         person = profile_named(settings, profile) if profile else None
-        with settings_model(settings) as engine, _environment(settings, person) as env:
+        with (
+            settings_model(settings, measure=False) as engine,
+            measured_meanwhile(settings),
+            _environment(settings, person) as env,
+        ):
             before = None
             session = Session(
                 episodes,

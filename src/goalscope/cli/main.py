@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+import errno
 import io
 import logging
 import os
 import sys
+from contextlib import suppress
 from difflib import get_close_matches
 from typing import Annotated, Any
 
@@ -38,11 +40,63 @@ def _interrupted(error: BaseException | None) -> bool:
 def _print_error(text: str) -> None:
     from goalscope.safe_text import terminal_safe
 
-    typer.echo(terminal_safe("Error: " + " ".join(text.split())).plain, err=True)
+    with suppress(OSError):  # the exit code still tells
+        typer.echo(terminal_safe("Error: " + " ".join(text.split())).plain, err=True)
+
+
+_REMEDIES = {
+    errno.ENAMETOOLONG: "Use a shorter name.",
+    errno.ENOSPC: "Free some space, or name a place on another disk.",
+    errno.EDQUOT: "Free some space, or name a place on another disk.",
+    errno.EACCES: "Name a place that you may use, or ask for the permission.",
+    errno.EPERM: "Name a place that you may use, or ask for the permission.",
+    errno.EROFS: "Name a place that can be written to.",
+    errno.EISDIR: "Name a file, not a folder.",
+    errno.ENOTDIR: "A part of the path is a file; name a folder there.",
+    errno.ENOENT: "Check the path.",
+    errno.EMFILE: "Close some files, or raise the limit with `ulimit -n`.",
+}
+
+
+def _explained(error: OSError) -> str:
+    """What the system refused, and what to do about it."""
+    cause = error.strerror or str(error) or type(error).__name__
+    remedy = _REMEDIES.get(error.errno or 0, "Check the path, or name another one.")
+    name = f": {os.fsdecode(error.filename)}" if isinstance(error.filename, str | bytes) else ""
+    return f"{cause}{name}. {remedy}"
+
+
+def _lost_output() -> OSError | None:
+    """Why standard output takes no more, if so; Python would else complain of it at its end."""
+    try:
+        sys.stdout.flush()
+    except OSError as error:
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        return error
+    return None
+
+
+def _print_lost(error: OSError) -> None:
+    if not isinstance(error, BrokenPipeError):  # its reader has read enough
+        _print_error(
+            f"Cannot write to standard output: {error.strerror}. Free some space, or send it "
+            "elsewhere."
+        )
 
 
 class _Commands(TyperGroup):
     """Prints errors as one line; the exit code is 2 for invalid input, otherwise 1."""
+
+    def main(self, *args: Any, **kwargs: Any) -> Any:
+        """Run the command line; what the system refuses is an error like any other."""
+        try:
+            return super().main(*args, **kwargs)
+        except OSError as error:
+            if lost := _lost_output():
+                _print_lost(lost)
+            else:
+                _print_error(_explained(error))
+            sys.exit(1)
 
     def invoke(self, ctx: Any) -> Any:
         try:
@@ -117,8 +171,26 @@ class _Lines(logging.Formatter):
         return terminal_safe(super().format(record)).plain.replace("\n", "\n    ")
 
 
+def _open_streams() -> None:
+    """Open the standard streams that are closed, lest a database takes their place.
+
+    Raises:
+        SystemExit: Standard output is closed.
+    """
+    for number in range(3):
+        try:
+            os.fstat(number)
+        except OSError:
+            os.open(os.devnull, os.O_RDWR)  # becomes the lowest number that is free
+    if sys.stderr is None:  # pyright: ignore[reportUnnecessaryComparison] (closed at the start)
+        sys.stderr = open(os.devnull, "w", encoding="utf-8")  # noqa: SIM115 (until the end)
+    if sys.stdout is None:  # pyright: ignore[reportUnnecessaryComparison]
+        sys.exit("Error: Standard output is closed. Send it to a file, or to /dev/null.")
+
+
 def main() -> None:
     """Run the command line."""
+    _open_streams()
     os.environ.setdefault("TQDM_DISABLE", "1")  # goalscope has progress bars of its own
     log = logging.StreamHandler()
     log.setFormatter(_Lines(logging.BASIC_FORMAT))
@@ -128,5 +200,12 @@ def main() -> None:
             stream.reconfigure(errors="replace")  # an ASCII terminal shows ? and goes on
     try:
         app()
+        code: object = 0
     except KeyboardInterrupt:
-        sys.exit(130)
+        code = 130
+    except SystemExit as ended:
+        code = ended.code
+    if lost := _lost_output():
+        _print_lost(lost)
+        code = code or 1
+    sys.exit(code)  # pyright: ignore[reportArgumentType] (as it was given)

@@ -16,7 +16,7 @@ from goalscope.cli.options import (
     calibration_file,
     expand_options,
 )
-from goalscope.cli.terminal import console, settings_model
+from goalscope.cli.terminal import console, measured_meanwhile, settings_model
 from goalscope.types import GoalscopeError, InvalidInputError
 
 if TYPE_CHECKING:
@@ -145,7 +145,11 @@ def serve(
             names |= reached
         key, file = (key, None) if key else kept_key()
         settings = Settings(**models.names(), seed=seed)
-        with Store.open(store) as episodes, settings_model(settings) as engine:
+        with (
+            Store.open(store) as episodes,
+            settings_model(settings, measure=False) as engine,
+            measured_meanwhile(settings),
+        ):
             app = create_app(episodes, engine, settings)
             guarded = Guard(app, hosts=names | {*(name or ())}, key=key, password=password)
             shown = f"[{host}]" if ":" in host else host
@@ -198,8 +202,9 @@ def mcp(
 
         @cache
         def engine() -> OpenModel:
-            return later.enter_context(settings_model(settings))
+            return later.enter_context(settings_model(settings, measure=False))
 
         if models != ModelOptions():
             engine()  # a wrong name fails now, not in the middle of a conversation
+        later.enter_context(measured_meanwhile(settings))
         create_server(Trackers(episodes, engine, settings), episodes).run()

@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import json
+import subprocess
+import sys
 import time
 from collections.abc import Callable, Generator, Mapping
 from contextlib import AbstractContextManager, contextmanager
@@ -17,6 +20,7 @@ if TYPE_CHECKING:
 
 __all__ = [
     "console",
+    "measured_meanwhile",
     "measuring",
     "model_names",
     "opened_model",
@@ -24,6 +28,13 @@ __all__ = [
     "settings_model",
     "spinner",
 ]
+
+_MEASURE = """\
+import json, signal, sys
+signal.signal(signal.SIGTERM, lambda *_: sys.exit(1))  # so that half a copy is deleted
+from goalscope.models.opening import open_model
+open_model(**json.loads(sys.argv[1])).close()
+"""
 
 LINES = 30.0
 """Minimum seconds between two lines of progress without a bar."""
@@ -108,13 +119,16 @@ def measuring(what: str) -> Generator[Callable[[str, float], None]]:
 
 @contextmanager
 def opened_model(
-    names: Mapping[str, str | None], calls: Path | None = None
+    names: Mapping[str, str | None], calls: Path | None = None, measure: bool = True
 ) -> Generator[OpenModel]:
-    """Open a model by its `model_names`, close it at the end, and print the usage of servers."""
+    """Open a model by its `model_names`, close it at the end, and print the usage of servers.
+
+    Without `measure` (see `open_model`), somebody waits for an answer; see `measured_meanwhile`.
+    """
     from goalscope.models.opening import open_model, parts
 
     with measuring("Loading the model") as report:
-        engine = open_model(**names, calls=calls, report=report)
+        engine = open_model(**names, calls=calls, report=report, measure=measure)
     try:
         yield engine
     finally:
@@ -126,12 +140,36 @@ def opened_model(
 
 
 def settings_model(
-    settings: Settings, calls: Path | None = None
+    settings: Settings, calls: Path | None = None, *, measure: bool = True
 ) -> AbstractContextManager[OpenModel]:
     """Open the model named by an episode's settings; see `opened_model`."""
     from goalscope.models.opening import MODEL_KEYS
 
-    return opened_model({key: getattr(settings, key) for key in MODEL_KEYS}, calls)
+    names = {key: getattr(settings, key) for key in MODEL_KEYS}
+    return opened_model(names, calls, measure)
+
+
+@contextmanager
+def measured_meanwhile(settings: Settings) -> Generator[None]:
+    """Measure in another process how a model runs fastest, for the next start.
+
+    It ends with the block at the latest.
+    """
+    from goalscope.models.opening import MODEL_KEYS, unmeasured
+
+    names = {key: getattr(settings, key) for key in MODEL_KEYS}
+    if not unmeasured(names):
+        yield
+        return
+    nothing = subprocess.DEVNULL
+    with subprocess.Popen(
+        [sys.executable, "-c", _MEASURE, json.dumps(names)],
+        stdin=nothing, stdout=nothing, stderr=nothing, start_new_session=True,
+    ) as measuring:  # fmt: skip
+        try:
+            yield
+        finally:
+            measuring.terminate()
 
 
 def model_names(

@@ -166,7 +166,7 @@ def _tokens(learner: Learner, lessons: Sequence[Lesson]) -> Tokens:
     tokenizer = learner.model.tokenizer
     return [
         (
-            [*tokenizer.render(each.prompt)],
+            [*tokenizer.render(each.prompt, writing=True)],
             [*tokenizer.tokenize(each.answer), tokenizer.end_of_turn],
         )
         for each in lessons

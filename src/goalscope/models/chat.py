@@ -4,19 +4,35 @@ from __future__ import annotations
 
 import re
 from collections.abc import Collection, Sequence
+from datetime import datetime
 from functools import lru_cache
 from itertools import pairwise
 from typing import Any, NoReturn, Protocol
 
 from jinja2 import TemplateError
+from jinja2.ext import Extension
+from jinja2.nodes import Node, Scope
+from jinja2.parser import Parser
 from jinja2.sandbox import ImmutableSandboxedEnvironment
 
+from goalscope.models.reasoning import closed, marks_thought
 from goalscope.types import InvalidInputError, Message, ModelError
 
 __all__ = ["ChatTemplate", "ChatTokenizer", "Decode", "Encode"]
 
 _SENTINEL = "\ue000{}\ue001"
 _SENTINEL_PATTERN = re.compile("\ue000([0-9]+)\ue001")
+_TODAY = datetime(2024, 7, 26)
+"""The date that templates are told, so that no answer depends on the day; Llama's own default."""
+_THINKING_OFF: dict[str, Any] = {
+    "enable_thinking": False,
+    "thinking": False,
+    "reasoning": False,
+    "thinking_budget": 0,
+    "thinking_mode": "disabled",
+    "thinking_option": "off",
+}
+"""What templates of various makers are told where the model is not to think aloud."""
 
 
 class Encode(Protocol):
@@ -35,11 +51,24 @@ class Decode(Protocol):
         ...
 
 
+class _Generation(Extension):
+    """The tag `{% generation %}` around the assistant's words, which only trainers look for."""
+
+    tags = {"generation"}  # noqa: RUF012 (as Jinja declares it)
+
+    def parse(self, parser: Parser) -> Node:
+        """The statements in the tag, as if it were not there."""
+        line = next(parser.stream).lineno
+        body = parser.parse_statements(("name:endgeneration",), drop_needle=True)
+        return Scope(body).set_lineno(line)
+
+
 class ChatTemplate:
     """A model's Jinja chat template, rendered without access to the text of messages.
 
     The template sees a sentinel in place of each content, so the markup between contents depends on
-    the roles alone; the caller turns markup and contents into tokens by different rules.
+    the roles alone; the caller turns markup and contents into tokens by different rules. Thinking
+    is switched off where the template knows how.
     """
 
     def __init__(self, source: str, bos: str, eos: str) -> None:
@@ -51,29 +80,34 @@ class ChatTemplate:
             eos: Text of the token that ends a sequence.
         """
         environment = ImmutableSandboxedEnvironment(
-            trim_blocks=True, lstrip_blocks=True, extensions=["jinja2.ext.loopcontrols"]
+            trim_blocks=True,
+            lstrip_blocks=True,
+            extensions=["jinja2.ext.loopcontrols", _Generation],
         )
         known: dict[str, Any] = environment.globals
         known.update(raise_exception=_refuse, bos_token=bos, eos_token=eos)
+        known.update(strftime_now=_TODAY.strftime)
         try:
             self._template = environment.from_string(source)
         except TemplateError as error:
             raise ModelError(
                 f"Cannot read the model's chat template ({error}). Use another model."
             ) from None
-        self._pieces = lru_cache(maxsize=256)(self._render)
+        self._prompt = lru_cache(maxsize=256)(self._find_prompt)
 
-    def layout(self, messages: Sequence[Message]) -> list[str | Message]:
+    def layout(self, messages: Sequence[Message], *, writing: bool = False) -> list[str | Message]:
         """Markup (str) and messages (each for its content) in prompt order.
 
-        The last piece is the markup after which the assistant's words begin.
+        The last piece is the markup after which the assistant's words begin: that of earlier words
+        of the assistant's, or with `writing` that of a reply to be written. Neither leaves a
+        thought open.
 
         Raises:
-            ModelError: The template refuses this order of roles.
+            ModelError: The template refuses this order of roles, or fails.
         """
         try:
-            pieces = self._pieces(tuple(message.role for message in messages))
-        except TemplateError as error:
+            pieces, before_words, before_reply = self._prompt(tuple(m.role for m in messages))
+        except _RefusedError as error:
             if len(messages) < 2 or [m.role for m in messages[:2]] != ["system", "user"]:
                 raise ModelError(
                     f"The model's chat template refuses these messages ({error}). "
@@ -81,8 +115,11 @@ class ChatTemplate:
                 ) from None
             system, user, *rest = messages
             merged = Message("user", f"{system.content}\n\n{user.content}")
-            return self.layout([merged, *rest])
-        return [messages[piece] if isinstance(piece, int) else piece for piece in pieces]
+            return self.layout([merged, *rest], writing=writing)
+        except TemplateError as error:
+            raise _unusable(error) from None
+        last = before_reply if writing else before_words
+        return [*(messages[each] if isinstance(each, int) else each for each in pieces), last]
 
     def after_assistant(self) -> str:
         """The markup that follows an assistant's message.
@@ -91,21 +128,40 @@ class ChatTemplate:
             ModelError: The template cannot be used at all.
         """
         try:
-            pieces = self._pieces(("user", "assistant"))
+            pieces = self._render(("user", "assistant"))
         except TemplateError as error:
-            raise ModelError(
-                f"The model's chat template cannot be used ({error}). Use another model."
-            ) from None
+            raise _unusable(error) from None
         after = pieces[pieces.index(1) + 1]
         assert isinstance(after, str)
         return after
 
-    def _render(self, roles: tuple[str, ...]) -> tuple[str | int, ...]:
+    def _find_prompt(self, roles: tuple[str, ...]) -> tuple[tuple[str | int, ...], str, str]:
+        """The pieces up to the last content; then the markup before words, and before a reply."""
+        *pieces, header = self._render(roles)
+        assert isinstance(header, str)
+        words = self._before_words(roles)
+        if words is None:
+            return tuple(pieces), closed(header), closed(header)
+        return tuple(pieces), closed(words), closed(_reply_header(header, words))
+
+    def _before_words(self, roles: tuple[str, ...]) -> str | None:
+        """The markup between a chat and earlier words of the assistant's; None if it shows none."""
+        try:
+            pieces = self._render((*roles, "assistant", "user"), reply=False)
+        except TemplateError:
+            return None
+        at = pieces.index(len(roles))
+        follows = at < 2 or pieces[at - 2] == len(roles) - 1
+        return str(pieces[at - 1]) if follows else None
+
+    def _render(self, roles: tuple[str, ...], *, reply: bool = True) -> tuple[str | int, ...]:
         messages = [
             {"role": role, "content": _SENTINEL.format(index)} for index, role in enumerate(roles)
         ]
         try:
-            text = self._template.render(messages=messages, add_generation_prompt=True)
+            text = self._template.render(
+                messages=messages, add_generation_prompt=reply, **_THINKING_OFF
+            )
         except TemplateError:
             raise
         except Exception as error:  # a template is a program, which may fail in any way
@@ -171,15 +227,22 @@ class ChatTokenizer:
         if self.end_of_turn < 0:
             raise ModelError("No token ends the assistant's turn. Use an instruct (chat) model.")
 
-    def render(self, messages: Sequence[Message]) -> list[int]:
-        """Token ids of a chat, up to where the assistant's words begin."""
+    def render(self, messages: Sequence[Message], *, writing: bool = False) -> list[int]:
+        """Token ids of a chat, up to where the assistant's words begin.
+
+        They are words that are given, or with `writing` a reply that the model is to write.
+        """
         ids: list[int] = []
-        for piece in self._template.layout(messages):
+        for piece in self._template.layout(messages, writing=writing):
             if isinstance(piece, Message):
                 ids += self._text_ids(piece.content)
             else:
                 ids += self._markup_ids(piece)
         return ids if ids[:1] == self._bos else self._bos + ids
+
+    def count(self, messages: Sequence[Message]) -> int:
+        """Number of token ids of a chat as `render` gives them, the longer way."""
+        return max(len(self.render(messages, writing=writing)) for writing in (False, True))
 
     def tokenize(self, text: str) -> list[int]:
         """Token ids of plain text, as content of a message."""
@@ -209,5 +272,28 @@ class ChatTokenizer:
         return tuple(token for piece in pieces for token in self._encode(piece, markup=False))
 
 
+class _RefusedError(TemplateError):
+    """A template's own refusal of a chat."""
+
+
 def _refuse(reason: str) -> NoReturn:
-    raise TemplateError(reason)
+    raise _RefusedError(reason)
+
+
+def _unusable(error: TemplateError) -> ModelError:
+    return ModelError(
+        f"The model's chat template cannot be used ({error}). Use another model, or another "
+        "version of this one."
+    )
+
+
+def _reply_header(header: str, words: str) -> str:
+    """The markup before a reply, of the template's own and that before earlier words.
+
+    The template's own may leave the channel to the model, or begin a thought in plain words; then
+    that of earlier words leads to the answer.
+    """
+    if header.rstrip() == words.rstrip():
+        return header
+    adds_thought = header.startswith(words) and marks_thought(header[len(words) :])
+    return header if adds_thought else words

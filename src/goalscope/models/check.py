@@ -50,8 +50,11 @@ def _try_scoring(model: Any, found: dict[str, Any], problems: list[str]) -> None
         return
     found["self-test error (nats)"] = max(test.generation_error, test.batch_error)
     found["true over scrambled (nats a token)"] = test.preference
+    prompt = model.tokenizer.render(_CHAT)
+    found["scored words follow"] = repr(model.tokenizer.detokenize(prompt[-12:], markup=True))
     if not test.passed:
-        problems.append(f"{model.describe()}: {test.complaint} {model.remedy}")
+        remedy = "" if test.in_thought else f" {model.remedy}"
+        problems.append(f"{model.describe()}: {test.complaint}{remedy}")
     model.clear_cache()
     goals = [f"You want {thing}." for thing in ("milk", "a cake", "soup", "tea", "bread")]
     contexts = [[Message("system", goal), *_CHAT[1:]] for goal in goals]

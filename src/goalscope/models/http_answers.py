@@ -5,6 +5,7 @@ from __future__ import annotations
 import email.utils
 import json
 import time
+from collections.abc import Mapping
 from contextlib import suppress
 from typing import TYPE_CHECKING, Any, cast
 
@@ -13,7 +14,7 @@ from goalscope.models import OnText
 if TYPE_CHECKING:
     import httpx2
 
-__all__ = ["Streamed", "codes_of", "failed", "message_of", "seconds_asked"]
+__all__ = ["Streamed", "codes_of", "failed", "message_of", "said_in", "seconds_asked", "thought_in"]
 
 _LONGEST = 1 << 20
 """Bytes of a line."""
@@ -61,6 +62,28 @@ def codes_of(answer: object) -> set[str]:
     return {str(_error(answer).get(key)) for key in ("code", "type")}
 
 
+_THOUGHTS = ("reasoning_content", "reasoning", "thinking", "reasoning_details")
+
+
+def said_in(message: Mapping[str, Any]) -> str | None:
+    """The text of a message, or of a piece of one, without parts that are thoughts."""
+    content = message.get("content")
+    if not isinstance(content, list):
+        return content if isinstance(content, str) else None
+    parts = [part for part in cast("list[Any]", content) if isinstance(part, dict)]
+    texts: list[Any] = [part.get("text") for part in parts if part.get("type") in ("text", None)]
+    said = [text for text in texts if isinstance(text, str)]
+    return "".join(said) if said else None
+
+
+def thought_in(message: Mapping[str, Any]) -> bool:
+    """Whether a message, or a piece of one, holds a thought beside what it says."""
+    content = message.get("content")
+    parts = cast("list[Any]", content) if isinstance(content, list) else []
+    kinds = [part.get("type") for part in parts if isinstance(part, dict)]
+    return any(message.get(key) for key in _THOUGHTS) or bool({"thinking", "reasoning"} & {*kinds})
+
+
 class Streamed:
     """Assembles a streamed chat completion.
 
@@ -72,7 +95,7 @@ class Streamed:
         self._on_text = on_text
         self._rest = bytearray()
         self._ended = False
-        self._message: dict[str, str] = {}
+        self._message: dict[str, Any] = {}
         self._finish: str | None = None
         self._others: dict[str, Any] = {}
 
@@ -111,8 +134,11 @@ class Streamed:
         for choice in event.get("choices") or ():
             self._finish = choice.get("finish_reason") or self._finish
             delta: dict[str, Any] = choice.get("delta") or {}
-            for key in ("content", "refusal"):
-                if isinstance(piece := delta.get(key), str):
+            said = said_in(delta)
+            for key, piece in (("content", said), ("refusal", delta.get("refusal"))):
+                if isinstance(piece, str):
                     self._message[key] = self._message.get(key, "") + piece
-            if delta.get("content"):
+            if thought_in(delta):
+                self._message["reasoning"] = True
+            if said:
                 self._on_text(self._message["content"])

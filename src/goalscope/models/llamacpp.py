@@ -50,6 +50,7 @@ class LlamaCpp(LocalModel):
         context_size: int = 4096,
         threads: int | None = None,
         report: Callable[[str, float], object] | None = None,
+        measure: bool = True,
     ) -> None:
         """Load a model.
 
@@ -62,13 +63,14 @@ class LlamaCpp(LocalModel):
                 trained context.
             threads: Maximum number of threads; that of the available processors if None.
             report: Called with the step and the share done while the first use of a file tunes it.
+            measure: Whether the first use of a file tunes it; else it runs as it is.
 
         Raises:
             ModelError: The file is missing or not a complete chat model, or the engine is missing.
         """
         super().__init__()
         source = Path(path) if path is not None else embedded_path()
-        self.tuning = tuned(source, threads or processors(), report)
+        self.tuning = tuned(source, threads or processors(), report, measure=measure)
         self.adapter = Path(adapter) if adapter is not None else None
         whole = self._merged() if merge else None
         self._weights = Weights(whole or self.tuning.path, remedy=self.remedy)

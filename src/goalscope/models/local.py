@@ -13,7 +13,7 @@ import numpy as np
 
 from goalscope.models import CLOSED, Array, Completion, OnText, unfinished_json
 from goalscope.models.native import Weights
-from goalscope.models.reasoning import answer_of, answer_so_far
+from goalscope.models.reasoning import answer_of, answer_so_far, opens_thought
 from goalscope.models.sampling import (
     Grammar,
     LlamaGrammar,
@@ -145,14 +145,14 @@ class LocalModel(TokenScorer):
             ModelError: The messages do not fit the context, or a constrained reply was not finished
                 within `max_tokens`.
         """
-        prompt = self.tokenizer.render(messages)
+        prompt = self.tokenizer.render(messages, writing=True)
         self.check_length(len(prompt) + 1)
         room = min(max_tokens, self.context_size - len(prompt))
         random = np.random.default_rng(seed)
         rules = schema if schema is not None else grammar
         form = self.grammar(rules) if rules is not None else None
         total, margins = 0.0, [_SUREST]
-        text, written, finish, told = "", list[int](), "length", ""
+        text, written, finish, told, ended_by = "", list[int](), "length", "", ""
         logits = self.read(prompt, room)
         while len(written) < room:
             if not np.isfinite(logits.max()):
@@ -162,6 +162,8 @@ class LocalModel(TokenScorer):
             if self.tokenizer.is_control(token):
                 finish = "stop"
                 margins[-1] = min(margins[-1], lead)
+                mark = self.tokenizer.detokenize([token], markup=True)
+                ended_by = mark if opens_thought(mark) else ""
                 break
             written.append(token)
             text = self.tokenizer.detokenize(written)
@@ -178,10 +180,15 @@ class LocalModel(TokenScorer):
                 logits = self.push(token)
         if form is not None and finish == "length":
             raise unfinished_json(room)
-        text = answer_of(text, self.name) if form is None else text
-        if on_text and text != told:
-            on_text(text)
-        return Completion(text, finish, len(prompt), len(written), total, tuple(margins))
+        answer = text
+        if form is None:
+            answer = answer_of(
+                text + ended_by, self.name, cut_off=bool(ended_by) or finish == "length"
+            )
+        if on_text and answer != told:
+            on_text(answer)
+        known = (total, tuple(margins)) if answer == text else (None, None)
+        return Completion(answer, finish, len(prompt), len(written), *known)
 
     @synchronized
     def next_logprobs(self, prompt: Sequence[int]) -> Array:

@@ -6,7 +6,7 @@ import os
 import re
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import ExitStack
-from functools import cache
+from functools import cache, partial
 from pathlib import Path
 from typing import Any, cast
 
@@ -17,7 +17,7 @@ from goalscope.models.chat import ChatTokenizer
 from goalscope.types import InvalidInputError, Message, ModelError
 
 __all__ = ["MODEL_KEYS", "TwoModels"]
-__all__ += ["forget", "model_label", "open_model", "open_reader", "parts"]
+__all__ += ["forget", "model_label", "open_model", "open_reader", "parts", "unmeasured"]
 
 MODEL_KEYS = ("model", "generator", "scorer", "tokenizer", "adapter")
 """The arguments of `open_model` that identify the model."""
@@ -140,6 +140,16 @@ class TwoModels:
             part.close()
 
 
+def unmeasured(names: Mapping[str, str | None]) -> bool:
+    """Whether `open_model` with these `MODEL_KEYS` would first measure a file for a minute."""
+    from goalscope.models.llamacpp import embedded_path, processors
+    from goalscope.models.tune import waits
+
+    used = {names.get(key) or names.get("model") for key in ("generator", "scorer")}
+    files = (Path(name) if name else embedded_path() for name in used)
+    return any(waits(file, processors()) for file in files if file.suffix == ".gguf")
+
+
 def parts(model: OpenModel) -> tuple[OpenGenerator, OpenScorer]:
     """What writes and what scores the words of people, without any cache around them."""
     writer, scorer = (
@@ -185,6 +195,7 @@ def open_model(
     adapter: str | Path | None = None,
     calls: str | Path | None = None,
     report: Callable[[str, float], object] | None = None,
+    measure: bool = True,
 ) -> OpenModel:
     """Open one model that writes and scores, or one for each.
 
@@ -206,6 +217,8 @@ def open_model(
             scores. (For reading, the embedded model always uses its own adapter.)
         calls: Cache file for all calls and answers; see `CachedModel`.
         report: Called with the progress of a first use; see `LlamaCpp`.
+        measure: Whether a first use measures how a file runs fastest on this machine, which takes
+            up to a minute; else it runs as it is, about half as fast.
 
     Raises:
         ModelError: A model, an adapter or a package is missing, or a file is damaged.
@@ -219,6 +232,7 @@ def open_model(
             raise InvalidInputError(f"{key} must be a text or a Path, not {name!r}.")
     writes, scores = generator or model, scorer or model
     adapted = _adapter(adapter, scores)
+    local = partial(_local, report=report, measure=measure)
     with ExitStack() as opened:
 
         def kept(part: OpenGenerator | OpenScorer) -> OpenModel:
@@ -228,21 +242,17 @@ def open_model(
 
         one_file = writes == scores and not _is_address(writes)
         writing = kept(
-            _served_generator(str(writes), tokenizer)
-            if _is_address(writes)
-            else _local(writes, report)
+            _served_generator(str(writes), tokenizer) if _is_address(writes) else local(writes)
         )
         scoring = writing
         if not one_file:
             scoring = kept(
-                _served_scorer(str(scores), tokenizer)
-                if _is_address(scores)
-                else _local(scores, report)
+                _served_scorer(str(scores), tokenizer) if _is_address(scores) else local(scores)
             )
-        speaking = kept(_local(scores, report, adapted)) if adapted else scoring
+        speaking = kept(local(scores, adapter=adapted)) if adapted else scoring
         taught = shipped("reader") if writes is None else None
-        reading = kept(_local(writes, report, taught, merge=True)) if taught else None
-        planning = kept(_local(writes, report, shipped("writer"), merge=True)) if taught else None
+        reading = kept(local(writes, adapter=taught, merge=True)) if taught else None
+        planning = kept(local(writes, adapter=shipped("writer"), merge=True)) if taught else None
         result = (
             writing
             if speaking is writing and not reading
@@ -268,7 +278,7 @@ def embedded_scorer() -> OpenScorer:
     Raises:
         ModelError: The model or the adapter is missing or broken.
     """
-    return _local(None, None, _adapter(None, None))
+    return _local(None, adapter=_adapter(None, None))
 
 
 def open_reader(
@@ -294,7 +304,7 @@ def open_reader(
         return _served_generator(str(model), None), False
     given = None if adapter in (None, NO_ADAPTER) else _adapter(adapter, model)
     file = given or (shipped("reader") if model is None and adapter is None else None)
-    opened = _local(model, report, file, merge=True)
+    opened = _local(model, report=report, adapter=file, merge=True)
     taught = getattr(opened, "adapter_metadata", {}).get(FITTED_TASK) == "writing"
     if given and not taught:
         opened.close()
@@ -335,10 +345,11 @@ def _adapter(adapter: str | Path | None, scores: str | Path | None) -> Path | No
 
 def _local(
     name: str | Path | None,
-    report: Callable[[str, float], object] | None,
-    adapter: Path | None = None,
     *,
+    adapter: Path | None = None,
     merge: bool = False,
+    report: Callable[[str, float], object] | None = None,
+    measure: bool = True,
 ) -> OpenModel:
     text = str(name or "")
     if text.startswith("hf:") or os.path.isfile(Path(text, "config.json")):
@@ -353,7 +364,7 @@ def _local(
         )
     from goalscope.models.llamacpp import LlamaCpp
 
-    return LlamaCpp(name, adapter=adapter, merge=merge, report=report)
+    return LlamaCpp(name, adapter=adapter, merge=merge, report=report, measure=measure)
 
 
 def _served_generator(address: str, tokenizer: str | Path | None) -> OpenGenerator:

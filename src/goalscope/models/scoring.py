@@ -11,6 +11,7 @@ import numpy as np
 
 from goalscope.models import Array, LikelihoodModel, model_name
 from goalscope.models.chat import ChatTokenizer
+from goalscope.models.reasoning import opens_thought
 from goalscope.types import Message, ModelError
 
 __all__ = ["LEAST", "Pair", "SelfTest", "TokenScorer", "are_logprobs", "logprobs_of"]
@@ -45,11 +46,13 @@ class SelfTest:
             and as it scores it, nats.
         batch_error: Two sentences scored together, and each alone with nothing kept, nats.
         preference: How much likelier a true sentence is than scrambled words, nats a token.
+        in_thought: Whether the words are scored as part of a thought that the prompt opens.
     """
 
     generation_error: float
     batch_error: float
     preference: float
+    in_thought: bool = False
 
     @property
     def passed(self) -> bool:
@@ -59,6 +62,11 @@ class SelfTest:
     @property
     def complaint(self) -> str:
         """The problem; empty if there is none."""
+        if self.in_thought:
+            return (
+                "The prompt opens a thought, so that words would be scored as part of it and not "
+                "as what is said. Use a chat template that closes it."
+            )
         if not self.generation_error < TOLERANCE:
             return (
                 "The log-probability of a token as the model writes it and as it scores it differ "
@@ -173,7 +181,7 @@ class TokenScorer(ABC):
 
     def count_tokens(self, messages: Sequence[Message]) -> int:
         """Number of tokens of the rendered chat, up to where the assistant's words begin."""
-        return len(self.tokenizer.render(messages))
+        return self.tokenizer.count(messages)
 
     def token_logprobs(
         self,
@@ -236,4 +244,5 @@ class TokenScorer(ABC):
                 abs(float(a.sum() - b.sum())) for a, b in zip(together, alone, strict=True)
             ),
             preference=float(together[0].mean() - together[1].mean()),
+            in_thought=opens_thought(self.tokenizer.detokenize(prompt, markup=True)),
         )

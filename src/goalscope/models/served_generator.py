@@ -10,7 +10,13 @@ from typing import Any
 from goalscope.models import Completion, OnText, unfinished_json
 from goalscope.models.chat import ChatTokenizer
 from goalscope.models.http import Refusal, Server, understood
-from goalscope.models.reasoning import answer_of, answer_so_far
+from goalscope.models.http_answers import said_in, thought_in
+from goalscope.models.reasoning import (
+    answer_of,
+    answer_so_far,
+    begins_in_thought,
+    only_reasoned,
+)
 from goalscope.types import Message, ModelError, UnreadableAnswerError
 
 __all__ = ["ServedGenerator"]
@@ -50,6 +56,7 @@ class ServedGenerator:
         self._context_size = context_size
         self._length_key = "max_tokens"
         self._takes_json_schema = self._streams = True
+        self._begins_in_thought = False  # as its replies so far have shown
 
     @property
     def name(self) -> str:
@@ -65,7 +72,7 @@ class ServedGenerator:
     def count_tokens(self, messages: Sequence[Message]) -> int:
         """How many tokens a chat has; without a tokenizer rather too many, 8 and 1 for 2 bytes."""
         if self.tokenizer:
-            return len(self.tokenizer.render(messages))
+            return self.tokenizer.count(messages)
         return sum(8 + int(len(m.content.encode()) / _BYTES_A_TOKEN) for m in messages)
 
     def generate(
@@ -100,8 +107,8 @@ class ServedGenerator:
             body["stop"] = list(stop)
 
         def draft(text: str) -> None:
-            if on_text:
-                on_text(answer_so_far(text))
+            if on_text and (shown := answer_so_far(text, in_thought=self._begins_in_thought)):
+                on_text(shown)
 
         answer = self._post(body, max_tokens, schema, draft if on_text else None)
         with understood(self.server.url):
@@ -109,15 +116,26 @@ class ServedGenerator:
             usage: dict[str, Any] = answer.get("usage") or {}
             message: dict[str, Any] = choice["message"]
             reason = choice.get("finish_reason")
-            text, refusal = message.get("content"), message.get("refusal")
+            text, refusal, thought = said_in(message), message.get("refusal"), thought_in(message)
             read, written = usage.get("prompt_tokens") or 0, usage.get("completion_tokens") or 0
-        if not isinstance(text, str) or reason == "content_filter":
+            details: dict[str, Any] = usage.get("completion_tokens_details") or {}
+            thought = thought or bool(details.get("reasoning_tokens"))
+        if thought and not refusal and not (text or "").strip():
+            raise only_reasoned(self.name)
+        if text is None or reason == "content_filter":
             raise ModelError(
                 f"{self.name} wrote no reply ({reason}: {refusal or 'no content'}). "
                 "Use another model."
             )
         finish = "length" if reason == "length" else "stop"
-        text = answer_of(text, self.name)
+        if schema is None or not _is_json(text):  # whose strings may hold any marks
+            self._begins_in_thought |= begins_in_thought(text)
+            text = answer_of(
+                text,
+                self.name,
+                cut_off=finish == "length",
+                in_thought=self._begins_in_thought,
+            )
         if schema is not None:
             text = self._checked(text, finish, schema, max_tokens)
         if on_text:
@@ -185,6 +203,14 @@ class ServedGenerator:
                 "Use a server with structured outputs (response_format json_schema)."
             ) from None
         return text if _object(schema) is schema else json.dumps(value["answer"])
+
+
+def _is_json(text: str) -> bool:
+    try:
+        json.loads(text)
+    except (ValueError, RecursionError):
+        return False
+    return True
 
 
 def _object(schema: Mapping[str, Any]) -> Mapping[str, Any]:

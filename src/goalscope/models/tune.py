@@ -39,6 +39,7 @@ __all__ = [
     "split_files",
     "tune",
     "tuned",
+    "waits",
 ]
 
 Report = Callable[[str, float], object]
@@ -99,26 +100,39 @@ class Tuning:
         return (*kept, *self.trials, None)[0]
 
 
-def tuned(source: Path, threads: int, report: Report | None = None) -> Tuning:
+def tuned(
+    source: Path, threads: int, report: Report | None = None, *, measure: bool = True
+) -> Tuning:
     """The cached tuning of a file, a new one for files below 0.5 GB, or the default.
 
     `GOALSCOPE_TUNE=0` turns all of it off.
 
-    A file that cannot be tuned, or that another process is tuning, is used as it is.
+    A file that cannot be tuned, or that another process is tuning, is used as it is; without
+    `measure`, so is one that was not tuned yet.
     """
     plain = Tuning(source, source, threads, Running(threads))
-    off = os.environ.get("GOALSCOPE_TUNE") == "0"
-    if off or not os.path.isfile(source) or len(split_files(source)) > 1:
+    if not _tunable(source):
         return plain
     kept = _kept(source, threads)
     if kept is not None:
         return kept
-    if source.stat().st_size >= _LARGEST:
+    if not measure or source.stat().st_size >= _LARGEST:
         return plain
     try:
         return tune(source, threads, report)
     except (OSError, ModelError):
         return plain
+
+
+def waits(source: Path, threads: int) -> bool:
+    """Whether `tuned` would take a minute to measure this file."""
+    small = _tunable(source) and source.stat().st_size < _LARGEST
+    return small and _kept(source, threads) is None
+
+
+def _tunable(source: Path) -> bool:
+    off = os.environ.get("GOALSCOPE_TUNE") == "0"
+    return not off and os.path.isfile(source) and len(split_files(source)) == 1
 
 
 def tune(source: Path, threads: int, report: Report | None = None) -> Tuning:
