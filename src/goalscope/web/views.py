@@ -158,7 +158,7 @@ class RoundView(BaseModel):
 
 
 class EpisodeView(BaseModel):
-    """An episode without its rounds."""
+    """An episode without its rounds; `first_words` is what the person said first, cut short."""
 
     id: str
     created: str
@@ -170,6 +170,7 @@ class EpisodeView(BaseModel):
     ended: Literal["terminated", "truncated"] | None
     score: float | None
     rounds: int
+    first_words: str
     mine: bool
 
     @classmethod
