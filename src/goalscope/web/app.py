@@ -268,10 +268,15 @@ def create_app(store: Store, model: Model, defaults: Settings | None = None) -> 
         return WordEvidence(words=await wrap_future(conversation.words(goal, turn)))
 
     @app.get("/api/episodes/{id}/picture.svg")
-    def picture(id: str, visitor: CurrentVisitor, round: Annotated[int, Query(ge=0)]) -> Response:
+    def picture(
+        id: str,
+        visitor: CurrentVisitor,
+        round: Annotated[int, Query(ge=0)],
+        width: Annotated[int | None, Query(ge=240, le=1200)] = None,
+    ) -> Response:
         info = visible(id, visitor)
         return Response(
-            room_picture(info, store.rounds(info.id)[:round]),
+            room_picture(info, store.rounds(info.id)[:round], width=width),
             media_type="image/svg+xml",
             headers={"content-security-policy": "default-src 'none'; style-src 'unsafe-inline'"},
         )
