@@ -1,4 +1,5 @@
 import copy
+import math
 import os
 import xml.etree.ElementTree as ET
 from pathlib import Path
@@ -101,7 +102,7 @@ def test_states_are_shown() -> None:
     find(metadata, "Mug").update(
         isDirty=True, isFilledWithLiquid=True, fillLiquid="water", temperature="Hot"
     )
-    assert "mug (hot, dirty, filled: water)" in texts(svg_picture(metadata))
+    assert "mug (hot, dirty, filled: water)" in " ".join(texts(svg_picture(metadata)))
 
 
 def test_changes_are_told_and_marked() -> None:
@@ -187,36 +188,123 @@ def boxes(svg: str) -> list[tuple[str, float, float, float, float]]:
     root = ET.fromstring(svg)
     _, _, wide, high = map(float, root.get("viewBox", "").split())
     found: list[tuple[str, float, float, float, float]] = []
-    for each in root.iter():
-        kind = (each.get("class") or "").split()[:1]
-        if each.tag == f"{SVG}circle" and kind == ["thing"] and each.get("r") == "8.5":
-            x, y = float(each.get("cx", 0)), float(each.get("cy", 0))
-            found.append((each.findtext(f"{SVG}title") or "", x - 8, y - 8, x + 8, y + 8))
-        elif each.tag == f"{SVG}text" and kind in (["name"], ["robot-name"]):
-            x, y, half = float(each.get("x", 0)), float(each.get("y", 0)), len(each.text or "") * 3
-            found.append((each.text or "", x - half, y - 6, x + half, y + 6))
+    for mark in root.iter(f"{SVG}g"):
+        if mark.get("class") == "mark":
+            (circle,) = mark.iter(f"{SVG}circle")
+            x, y = float(circle.get("cx", 0)), float(circle.get("cy", 0))
+            found.append((circle.findtext(f"{SVG}title") or "", x - 8, y - 8, x + 8, y + 8))
+    for each in root.iter(f"{SVG}text"):
+        kinds = (each.get("class") or "").split()
+        if not {"name", "label", "robot-name"} & {*kinds}:
+            continue
+        text, x, y = each.text or "", float(each.get("x", 0)), float(each.get("y", 0))
+        long = len(text) * 6
+        left = x if "after" in kinds else x - long if "before" in kinds else x - long / 2
+        found.append((text, left, y - 5, left + long, y + 5))
     assert all(x0 >= 0 and x1 <= wide and y0 >= 0 and y1 <= high for _, x0, y0, x1, y1 in found)
     return found
 
 
-@pytest.mark.parametrize("scene", ["Kitchen1", "LivingRoom1", "Bathroom1", "Bedroom1"])
-def test_nothing_on_the_map_covers_anything_else(scene: str) -> None:
+def assert_apart(found: list[tuple[str, float, float, float, float]]) -> None:
+    for i, (one, ax0, ay0, ax1, ay1) in enumerate(found):
+        for other, bx0, by0, bx1, by1 in found[:i]:
+            apart = min(ax1, bx1) <= max(ax0, bx0) or min(ay1, by1) <= max(ay0, by0)
+            assert apart, (one, other)
+
+
+SCENES = ["Kitchen1", "LivingRoom1", "Bathroom1", "Bedroom1"]
+
+
+@pytest.mark.parametrize("width", [240, 320, 358, 512, 600, 688, 1200])
+@pytest.mark.parametrize("scene", SCENES)
+def test_nothing_on_the_map_covers_anything_else(scene: str, width: int) -> None:
     home = house(scene)
     if scene == "Kitchen1":
         do(home, "SliceObject Bread; SliceObject Tomato; OpenObject Cabinet")
-    found = boxes(svg_picture(home.metadata()))
-    assert len(found) > 40
-    for i, (_, ax0, ay0, ax1, ay1) in enumerate(found):
-        for _, bx0, by0, bx1, by1 in found[:i]:
-            assert min(ax1, bx1) <= max(ax0, bx0) or min(ay1, by1) <= max(ay0, by0)
+    svg = svg_picture(home.metadata(), width=width)
+    found = boxes(svg)
+    assert len(found) > 20
+    assert_apart(found)
 
 
-def test_every_number_on_the_map_is_in_the_list_below_it() -> None:
+@pytest.mark.parametrize(("width", "least"), [(320, 0.6), (512, 0.85), (640, 0.9), (900, 0.9)])
+@pytest.mark.parametrize("scene", SCENES)
+def test_most_things_are_named_where_they_are(scene: str, width: int, least: float) -> None:
+    root = ET.fromstring(svg_picture(house(scene).metadata(), width=width))
+    numbers = sum(each.get("class") == "mark" for each in root.iter(f"{SVG}g"))
+    dots = sum(each.get("r") == "3" and "thing" in each.get("class", "").split()
+               for each in root.iter(f"{SVG}circle"))  # fmt: skip
+    assert dots / (dots + numbers) >= least
+
+
+def test_a_name_stands_at_its_thing_and_tells_its_state() -> None:
+    metadata = room()
+    mug = find(metadata, "Mug")
+    mug.update(isDirty=True, isFilledWithLiquid=True, fillLiquid="water", temperature="Hot")
+    root = ET.fromstring(svg_picture(metadata))
+    dot = next(each for each in root.iter(f"{SVG}circle")
+               if (each.findtext(f"{SVG}title") or "").startswith("mug"))  # fmt: skip
+    spot = float(dot.get("cx", 0)), float(dot.get("cy", 0))
+    lines = [each for each in root.iter(f"{SVG}text") if "label" in each.get("class", "").split()]
+    named = [each for each in lines if (each.text or "") in ("mug (hot, dirty,", "filled: water)")]
+    assert len(named) == 2
+    for each in named:
+        assert math.dist(spot, (float(each.get("x", 0)), float(each.get("y", 0)))) < 80
+
+
+def crowd(count: int) -> dict[str, Any]:
+    """A room with so many different things at one place."""
+    metadata = room()
+    kinds = [kind for kind in object_types() if kind not in ("Floor", "Wall")][:count]
+    metadata["objects"] += [thing(kind, 0.0, 0.0, 0.05) for kind in kinds]
+    return metadata
+
+
+@pytest.mark.parametrize("width", [320, 512, 900])
+@pytest.mark.parametrize("count", [30, 60])
+def test_every_number_on_the_map_is_in_the_list_and_tells_its_name(count: int, width: int) -> None:
+    root = ET.fromstring(svg_picture(crowd(count), width=width))
+    marks = [each for each in root.iter(f"{SVG}g") if each.get("class") == "mark"]
+    tips = [each for each in root.iter(f"{SVG}g") if each.get("class") == "tip"]
+    assert len(marks) > 3
+    assert len(tips) == len(marks)
+    style = root.findtext(f"{SVG}style") or ""
+    _, _, wide, _ = map(float, root.get("viewBox", "").split())
+    written = [each.text for each in root.iter(f"{SVG}text") if each.get("class") == "number"]
+    assert sorted(written) == sorted(2 * [str(number + 1) for number in range(len(marks))])
+    for number, (mark, tip) in enumerate(zip(marks, tips, strict=True), 1):
+        assert mark.get("tabindex") == "0"
+        assert mark.get("aria-label")
+        assert f"#m{number}:hover~#t{number},#m{number}:focus~#t{number}" in style
+        box = tip.find(f"{SVG}rect")
+        assert box is not None
+        left, right = float(box.get("x", 0)), float(box.get("x", 0)) + float(box.get("width", 0))
+        assert 0 <= left < right <= wide
+        assert tip.findtext(f"{SVG}text", "").rstrip(".") in str(mark.get("aria-label")).replace(
+            "; ", ", "
+        )
+    children = [*root]
+    assert children.index(tips[0]) > max(map(children.index, marks))
+
+
+@pytest.mark.parametrize(
+    ("width", "beside"), [(320, False), (687, False), (688, True), (900, True)]
+)
+def test_the_list_stands_beside_the_map_where_there_is_room(width: int, beside: bool) -> None:
+    root = ET.fromstring(svg_picture(crowd(60), width=width))
+    corners = next(each for each in root.iter(f"{SVG}polygon") if each.get("class") == "room")
+    points = [tuple(map(float, each.split(","))) for each in corners.get("points", "").split()]
+    right, bottom = max(x for x, _ in points), max(y for _, y in points)
+    listed = [each for each in root if each.tag == f"{SVG}circle" and each.get("r") == "8.5"]
+    assert listed
+    for each in listed:
+        x, y = float(each.get("cx", 0)), float(each.get("cy", 0))
+        assert x > right if beside else y > bottom
+
+
+def test_things_alike_side_by_side_share_a_name() -> None:
     metadata = room()
     metadata["objects"] += [thing("Apple", 1.0 + number / 20, 1.0) for number in range(6)]
-    root = ET.fromstring(svg_picture(metadata))
-    written = [each.text for each in root.iter(f"{SVG}text") if each.get("class") == "number"]
-    assert sorted(written) == sorted(2 * [str(number + 1) for number in range(len(written) // 2)])
     assert {"apple 1-6", "mug"} <= set(texts(svg_picture(metadata)))
 
 

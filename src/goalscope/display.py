@@ -45,6 +45,7 @@ __all__ = [
 BAR = 20
 SHOWN = 8
 LEAST_CHANGE = 0.01  # chance of a change of mind
+FIRST_WORDS = 22  # cells that they get before other columns
 
 ACTS = {
     "avoid": "nothing with {what}",
@@ -273,7 +274,10 @@ def show_scores(console: Console, scored: Sequence[Scored]) -> None:
 
 
 def show_episodes(console: Console, infos: Sequence[EpisodeInfo]) -> None:
-    """Print a table of stored episodes, with fewer columns on a narrow terminal."""
+    """Print a table of stored episodes, with fewer columns on a narrow terminal.
+
+    What the person said first is cut to the room that is left.
+    """
     if not infos:
         console.print("There are no episodes yet. `goalscope chat` starts one.")
         return
@@ -294,23 +298,32 @@ def show_episodes(console: Console, infos: Sequence[EpisodeInfo]) -> None:
     }
     if not any(columns["score"]):
         del columns["score"]
-    _columns(console, columns, ("started (UTC)", "method", "domain", "ended", "score"))
+    heading = "first words"
+    words = [terminal_safe(info.first_words) for info in infos]
+    longest = max(each.cell_len for each in words)
+    wanted = longest and max(len(heading), min(FIRST_WORDS, longest)) + 2
 
+    def room() -> int:
+        taken = (max(map(len, (name, *each))) + 2 for name, each in columns.items())
+        return console.width - 1 - sum(taken)
 
-def _columns(console: Console, columns: Mapping[str, Sequence[str]], spare: Sequence[str]) -> None:
-    """Print a table, without the first columns of `spare` where it would be too wide."""
-    shown = dict(columns)
-    for least in spare:
-        if sum(max(map(len, (name, *each))) + 2 for name, each in shown.items()) < console.width:
+    for least in ("method", "ended", "domain", "started (UTC)", "score"):
+        if room() >= wanted:
             break
-        shown.pop(least, None)
+        columns.pop(least, None)
     table = Table(box=SIMPLE_HEAD, padding=(0, 1, 0, 0))
-    for name in shown:
+    for name in columns:
         numbers = name in ("rounds", "score")
         overflow = "ellipsis" if table.columns else "fold"  # the first is what one must type
         table.add_column(name, justify="right" if numbers else "left", overflow=overflow)
-    for row in zip(*shown.values(), strict=True):
-        table.add_row(*map(terminal_safe, row))
+    rows = [[*map(terminal_safe, row)] for row in zip(*columns.values(), strict=True)]
+    if wanted and room() >= len(heading):
+        table.add_column(heading, no_wrap=True)
+        for row, each in zip(rows, words, strict=True):
+            each.truncate(room() - 2, overflow="ellipsis")
+            row.append(each)
+    for row in rows:
+        table.add_row(*row)
     console.print(table)
 
 

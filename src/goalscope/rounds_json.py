@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import math
+import re
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict, fields
 from typing import TYPE_CHECKING, Any, TypeVar
@@ -21,12 +22,18 @@ __all__ = [
     "belief_from_json",
     "belief_to_json",
     "dumps",
+    "first_words",
     "round_from_json",
     "round_to_json",
     "turn_like",
 ]
 
 T = TypeVar("T")
+
+_UTTERANCE = re.compile(
+    r'"utterance": "((?:[^"\\\x00-\x1f]|\\["\\/bfnrt]|\\u(?!d[89a-f])[0-9a-f]{4}'
+    r"|\\ud[89ab][0-9a-f]{2}\\ud[c-f][0-9a-f]{2}){0,2000})"
+)
 
 
 def round_to_json(round: Round) -> str:
@@ -149,3 +156,15 @@ def turn_like(text: str) -> str:
     for each in "/%_":
         inner = inner.replace(each, f"/{each}")
     return f'%"turn": {{%{inner}%}}, "belief": %'
+
+
+def first_words(text: str, most: int) -> str:
+    """The utterance of a round, on one line and cut to a length.
+
+    Args:
+        text: The beginning of the round's JSON; "" if there is no round.
+        most: Largest number of characters.
+    """
+    found = _UTTERANCE.search(text)
+    line = " ".join(json.loads(f'"{found[1]}"').split()) if found else ""
+    return line if len(line) <= most else f"{line[: most - 3].rstrip()}..."

@@ -20,13 +20,24 @@ from sqlalchemy.exc import IntegrityError
 from goalscope.database.opening import WRITING, default_place, explained, opened, opened_in_memory
 from goalscope.database.tables import CORRECTIONS, EPISODES, ROUNDS, EscapedText
 from goalscope.episode import Round
-from goalscope.rounds_json import dumps, round_from_json, round_to_json, turn_like
+from goalscope.rounds_json import (
+    dumps,
+    first_words,
+    round_from_json,
+    round_to_json,
+    turn_like,
+)
 from goalscope.types import ConflictError, GoalscopeError, InvalidInputError
 
 __all__ = ["Ended", "EpisodeInfo", "Store", "new_episode"]
 
 Ended = Literal["terminated", "truncated"]
 """How an episode ended: task complete, or out of rounds."""
+
+_WORDS = 120
+"""Most characters of `EpisodeInfo.first_words`."""
+
+_BEGINNING = 6000  # characters of a round that are searched for them
 
 _CHANGED = "Episode {} was changed elsewhere (in another window?). Try again."
 
@@ -48,6 +59,8 @@ class EpisodeInfo:
         score: Share of the profile's checks that were met, 0 to 1.
         rounds: Number of rounds stored.
         owner: Who may see it on the web page; None if it was not begun there.
+        first_words: What the person said first, on one line of at most 120 characters; "" as long
+            as they have said nothing.
     """
 
     id: str
@@ -62,6 +75,7 @@ class EpisodeInfo:
     score: float | None
     rounds: int
     owner: str | None = None
+    first_words: str = ""
 
     @property
     def ending(self) -> str:
@@ -332,18 +346,23 @@ class Store:
             offset: Episodes to skip.
         """
         order = EPISODES.c.number.desc() if newest_first else EPISODES.c.number
-        found = _matching(owner, text)
-        if domain is not None:
-            found.append(EPISODES.c.domain == domain)
+        found = _matching(owner, domain, text)
         query = _infos().where(*found).order_by(order).limit(limit).offset(offset)
         with self.reading() as connection:
             return [_info(row) for row in connection.execute(query)]
 
-    def count(self, *, owner: str | None = None, text: str = "") -> int:
+    def count(self, *, owner: str | None = None, domain: str | None = None, text: str = "") -> int:
         """Return how many episodes there are; see `episodes`."""
-        query = select(func.count()).select_from(EPISODES).where(*_matching(owner, text))
+        found = _matching(owner, domain, text)
+        query = select(func.count()).select_from(EPISODES).where(*found)
         with self.reading() as connection:
             return connection.scalar(query) or 0
+
+    def domains(self, *, owner: str | None = None) -> list[str]:
+        """Return the domains of the episodes, in alphabetical order."""
+        query = select(EPISODES.c.domain).where(*_matching(owner, None, "")).distinct()
+        with self.reading() as connection:
+            return sorted(connection.scalars(query))
 
 
 def _finish(connection: Connection, id: str, ended: Ended, score: float | None) -> None:
@@ -368,11 +387,13 @@ def _require_newest(connection: Connection, id: str, round: Round) -> None:
         raise ConflictError(_CHANGED.format(id))
 
 
-def _matching(owner: str | None, text: str) -> list[ColumnElement[bool]]:
+def _matching(owner: str | None, domain: str | None, text: str) -> list[ColumnElement[bool]]:
     row = EPISODES.c
     found: list[ColumnElement[bool]] = []
     if owner is not None:
         found.append(row.owner == owner)
+    if domain is not None:
+        found.append(row.domain == domain)
     if text:
         columns = (row.id, row.domain, row.profile, row.method, row.model, row.task)
         said = select(ROUNDS).where(
@@ -394,10 +415,14 @@ def new_episode(settings: Mapping[str, Any] | None = None, **values: str | None)
 
 
 def _infos() -> Select[Any]:
-    rounds = select(func.count()).where(ROUNDS.c.episode == EPISODES.c.id)
-    return select(EPISODES, rounds.scalar_subquery().label("rounds"))
+    own = ROUNDS.c.episode == EPISODES.c.id
+    rounds = select(func.count()).where(own).scalar_subquery()
+    first = select(func.substr(ROUNDS.c.json, 1, _BEGINNING)).where(own, ROUNDS.c.number == 1)
+    return select(EPISODES, rounds.label("rounds"), first.scalar_subquery().label("first_words"))
 
 
 def _info(row: Row[Any]) -> EpisodeInfo:
     values = {field.name: getattr(row, field.name) for field in fields(EpisodeInfo)}
-    return EpisodeInfo(**{**values, "settings": json.loads(row.settings)})
+    values["settings"] = json.loads(row.settings)
+    values["first_words"] = first_words(row.first_words or "", _WORDS)
+    return EpisodeInfo(**values)

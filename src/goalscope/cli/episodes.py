@@ -26,16 +26,30 @@ __all__ = ["episodes", "replay", "why"]
 Episode = Annotated[str, typer.Argument(help="Id of the episode, or its first characters.")]
 
 
-def episodes(store: StoreFile = None, as_json: Json = False) -> None:
-    """List the stored episodes."""
+def episodes(
+    text: Annotated[
+        str,
+        typer.Option(help="Only those in which this was said, or whose id or options hold it."),
+    ] = "",
+    domain: Annotated[
+        str | None, typer.Option(help="Only those of this domain, such as grocery.")
+    ] = None,
+    store: StoreFile = None,
+    as_json: Json = False,
+) -> None:
+    """List the stored episodes, each with what the person said first."""
     from goalscope.display import show_episodes
-    from goalscope.safe_text import model_shown
+    from goalscope.safe_text import domain_shown, model_shown
     from goalscope.store import Store
 
     with Store.open(store, new=False) as opened:
-        infos = opened.episodes()
+        infos = opened.episodes(text=text)
+    if domain is not None:
+        infos = [info for info in infos if domain_shown(info.domain) == domain_shown(domain)]
     if as_json:
         print(json.dumps([asdict(info) | {"model": model_shown(info.model)} for info in infos]))
+    elif not infos and (text or domain):
+        console().print("No stored episode fits. `goalscope episodes` lists them all.")
     else:
         show_episodes(console(), infos)
 

@@ -103,10 +103,11 @@ class Options(BaseModel):
 
 
 class EpisodeList(BaseModel):
-    """A page of episodes, newest first, of `total`."""
+    """A page of episodes, newest first, of `total`; `domains` are those of all one may see."""
 
     episodes: list[EpisodeView]
     total: int
+    domains: list[str]
 
 
 class EpisodeState(StoredEpisode):
@@ -202,16 +203,17 @@ def create_app(store: Store, model: Model, defaults: Settings | None = None) -> 
     def episodes(
         visitor: CurrentVisitor,
         text: str = "",
+        domain: str | None = None,
         limit: Annotated[int, Query(ge=1, le=200)] = 50,
         offset: Annotated[int, Query(ge=0, le=10**9)] = 0,
     ) -> EpisodeList:
         owner = None if visitor.is_host else visitor.id
         found = store.episodes(
-            owner=owner, text=text, newest_first=True, limit=limit, offset=offset
+            owner=owner, domain=domain, text=text, newest_first=True, limit=limit, offset=offset
         )
-        total = store.count(owner=owner, text=text)
+        total = store.count(owner=owner, domain=domain, text=text)
         shown = [EpisodeView.of(info, mine=visitor.owns(info.owner)) for info in found]
-        return EpisodeList(episodes=shown, total=total)
+        return EpisodeList(episodes=shown, total=total, domains=store.domains(owner=owner))
 
     @app.post("/api/episodes", status_code=201)
     def begin(body: NewEpisode, visitor: CurrentVisitor) -> EpisodeId:
@@ -268,10 +270,15 @@ def create_app(store: Store, model: Model, defaults: Settings | None = None) -> 
         return WordEvidence(words=await wrap_future(conversation.words(goal, turn)))
 
     @app.get("/api/episodes/{id}/picture.svg")
-    def picture(id: str, visitor: CurrentVisitor, round: Annotated[int, Query(ge=0)]) -> Response:
+    def picture(
+        id: str,
+        visitor: CurrentVisitor,
+        round: Annotated[int, Query(ge=0)],
+        width: Annotated[int | None, Query(ge=240, le=1200)] = None,
+    ) -> Response:
         info = visible(id, visitor)
         return Response(
-            room_picture(info, store.rounds(info.id)[:round]),
+            room_picture(info, store.rounds(info.id)[:round], width=width),
             media_type="image/svg+xml",
             headers={"content-security-policy": "default-src 'none'; style-src 'unsafe-inline'"},
         )

@@ -157,14 +157,19 @@ def _room(info: EpisodeInfo, rounds: Sequence[Round]) -> str:
         return ""
 
 
-def room_picture(info: EpisodeInfo, rounds: Sequence[Round]) -> str:
+def room_picture(info: EpisodeInfo, rounds: Sequence[Round], *, width: int | None = None) -> str:
     """The room from above after these rounds, as an SVG; changes of the last round stand out.
+
+    Args:
+        info: The episode.
+        rounds: Its rounds.
+        width: See `svg_picture`.
 
     Raises:
         InvalidInputError: There is no room in this domain.
     """
     from goalscope.envs.house import HomeRobot
-    from goalscope.envs.house.picture import svg_picture
+    from goalscope.envs.house.picture import WIDTH, svg_picture
 
     settings = settings_of(info.settings)
     if info.domain != "house" or settings.simulator != "house":
@@ -180,6 +185,6 @@ def room_picture(info: EpisodeInfo, rounds: Sequence[Round]) -> str:
         for round in rounds[-1:]:
             for result in round.results:
                 env.step(result.action)
-        return svg_picture(env.metadata, before, env.names)
+        return svg_picture(env.metadata, before, env.names, width=width or WIDTH)
     finally:
         env.close()

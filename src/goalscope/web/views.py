@@ -170,7 +170,7 @@ def _belief_note(round: episodes.Round) -> str:
 
 
 class EpisodeView(BaseModel):
-    """An episode without its rounds."""
+    """An episode without its rounds; `first_words` is what the person said first, cut short."""
 
     id: str
     created: str
@@ -182,6 +182,7 @@ class EpisodeView(BaseModel):
     ended: Literal["terminated", "truncated"] | None
     score: float | None
     rounds: int
+    first_words: str
     mine: bool
 
     @classmethod

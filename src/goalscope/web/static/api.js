@@ -7,7 +7,7 @@
  * @typedef {{text: string, ok: boolean, observation: string, irreversible: boolean}} Action
  * @typedef {{id: string, created: string, domain: string, profile: ?string, method: string,
  *   model: string, task: string, ended: ?("terminated"|"truncated"), score: ?number,
- *   rounds: number, mine: boolean}} Episode
+ *   rounds: number, first_words: string, mine: boolean}} Episode
  * @typedef {{number: number, query: string, utterance: string, belief: ?Belief,
  *   belief_note: string, changes: Change[], actions: Action[], replans: number,
  *   status: string, notes: string[], question: string, state: string, terminated: boolean}} Round
@@ -59,7 +59,7 @@ export function pathOf(id, rest = "") {
 
 export const api = {
   options: () => request("GET", "/api/options"),
-  episodes: (text, limit, offset) => request("GET", `/api/episodes?${query({ text, limit, offset })}`),
+  episodes: (wanted) => request("GET", `/api/episodes?${query(wanted)}`),
   begin: (wanted) => request("POST", "/api/episodes", wanted),
   /** @returns {Promise<{episode: Episode, rounds: Round[], live: ?Live}>} */
   episode: (id) => request("GET", pathOf(id)),

@@ -1,4 +1,4 @@
-/** The list of episodes, with search. */
+/** The list of episodes, with search and a choice of the domain. */
 
 import { api } from "./api.js";
 import { count, h, localTime, setText, unseen } from "./dom.js";
@@ -24,6 +24,7 @@ class List {
   constructor(search, signal) {
     this.signal = signal;
     this.text = search.get("text") ?? "";
+    this.domain = search.get("domain");
     this.offset = Math.max(0, Number(search.get("offset")) || 0);
     this.chosen = [];
     this.asked = 0;
@@ -36,6 +37,8 @@ class List {
       h("thead", {}, h("tr", {}, ...headings())),
       this.rows,
     );
+    this.select = h("select", { id: "domain", onchange: () => this.#chooseDomain() });
+    this.domains = h("p", { class: "field", hidden: true }, h("label", { for: "domain" }, "Domain"), this.select);
     this.earlier = h("button", { type: "button", onclick: () => this.#turn(-PAGE) }, "Newer");
     this.later = h("button", { type: "button", onclick: () => this.#turn(PAGE) }, "Older");
     this.compare = h("div", { class: "compare-bar", role: "status" });
@@ -43,7 +46,7 @@ class List {
       "div",
       { class: "page" },
       h("h1", {}, "Episodes"),
-      this.#searchField(),
+      h("div", { class: "filters" }, this.#searchField(), this.domains),
       this.found,
       h("div", { class: "table-box" }, this.table),
       h("nav", { class: "buttons", "aria-label": "More episodes" }, this.earlier, this.later),
@@ -79,7 +82,7 @@ class List {
     const asked = this.asked;
     this.#remember();
     try {
-      const found = await api.episodes(this.text, PAGE, this.offset);
+      const found = await api.episodes({ text: this.text, domain: this.domain, limit: PAGE, offset: this.offset });
       if (asked === this.asked && !this.signal.aborted) this.#show(found);
     } catch (error) {
       setText(this.found, error.message);
@@ -90,12 +93,30 @@ class List {
   #remember() {
     const search = new URLSearchParams();
     if (this.text) search.set("text", this.text);
+    if (this.domain) search.set("domain", this.domain);
     if (this.offset) search.set("offset", String(this.offset));
     const rest = search.size ? `?${search}` : "";
     history.replaceState(null, "", `#/episodes${rest}`);
   }
 
-  #show({ episodes: found, total }) {
+  #chooseDomain() {
+    this.domain = this.select.value || null;
+    this.offset = 0;
+    this.load();
+  }
+
+  /** Offers the domains; there is a choice if there are several, or if one is chosen. */
+  #offer(domains) {
+    const all = [...new Set([...domains, ...(this.domain ? [this.domain] : [])])];
+    if (all.join("\n") === this.offered) return;
+    this.offered = all.join("\n");
+    const options = all.map((name) => h("option", { value: name, selected: name === this.domain }, nameOfDomain(name)));
+    this.select.replaceChildren(h("option", { value: "" }, "all"), ...options);
+    this.domains.hidden = all.length < 2 && !this.domain;
+  }
+
+  #show({ episodes: found, total, domains }) {
+    this.#offer(domains);
     const last = this.offset + found.length;
     setText(this.found, found.length === total ? (total ? count(total, "episode") : "No episodes found.") : `${this.offset + 1} to ${last} of ${count(total, "episode")}`);
     this.table.hidden = found.length === 0;
@@ -109,6 +130,7 @@ class List {
     const started = localTime(episode.created);
     const choose = (event) => this.#choose(episode.id, event.target.checked);
     const cells = [
+      ["First words", episode.first_words],
       ["Id", episode.id],
       ["Domain", nameOfDomain(episode.domain)],
       ["Person", personOf(episode)],
@@ -163,11 +185,12 @@ class List {
 
 function classOf(name) {
   if (name === "Id") return "id";
+  if (name === "First words") return "said";
   return name === "Rounds" || name === "Score" ? "number" : null;
 }
 
 function headings() {
-  const names = ["Started", "Id", "Domain", "Person", "Method", "Rounds", "Ended", "Score"];
+  const names = ["Started", "First words", "Id", "Domain", "Person", "Method", "Rounds", "Ended", "Score"];
   return [
     ...names.map((name) => h("th", { scope: "col", class: classOf(name) }, name)),
     h("td", {}),

@@ -1,8 +1,8 @@
 /** Actions and their outcome: the basket, the room, or another state. */
 
-import { pathOf } from "./api.js";
 import { count, h, setText, unseen } from "./dom.js";
 import { acts, stateOf } from "./domains.js";
+import { Room } from "./room.js";
 import { statusSummary, statusView } from "./status.js";
 
 /**
@@ -73,14 +73,14 @@ export class Outcome {
     this.house = episode.domain === "house";
     this.state = stateOf(episode.domain);
     this.shown = null;
-    this.image = h("img", { class: "room", alt: "" });
+    this.room = this.house ? new Room(episode.id) : null;
     this.body = h("div", {});
     this.total = h("span", { class: "sum" });
     this.element = h(
       "div",
       { class: "panel", hidden: !acts(episode.domain) },
       h("h2", {}, this.state.state, this.total),
-      this.house ? h("a", { class: "room-link", target: "_blank", rel: "noopener" }, this.image) : null,
+      this.room?.element,
       this.body,
     );
   }
@@ -147,10 +147,6 @@ export class Outcome {
     this.marked = new Set([...this.marked].filter((name) => there.includes(name)));
     this.#showMarks();
     if (focused >= 0) (this.#removers[focused] ?? this.#removers.at(-1))?.focus();
-    if (!this.house) return;
-    const picture = pathOf(this.episode.id, `/picture.svg?round=${number}`);
-    this.image.src = picture;
-    this.image.alt = `The room from above ${number ? `after round ${number}` : "at the start"}`;
-    this.image.parentElement.href = picture;
+    this.room?.show(number);
   }
 }

@@ -35,7 +35,7 @@ export async function start(main, { options }, signal) {
       h("p", { class: "soft small" }, `goalscope ${options.version}, with the model ${options.model}`),
     ),
   );
-  const { episodes } = await api.episodes("", RECENT, 0);
+  const { episodes } = await api.episodes({ limit: RECENT });
   const open = episodes.filter(goesOn).slice(0, SHOWN);
   if (open.length && !signal.aborted) goOn.replaceChildren(...goingOn(open, options));
 }
@@ -47,6 +47,7 @@ function goingOn(episodes, options) {
       {},
       h("a", { href: `#/talk/${one.id}` }, domainOf(one, options).title),
       h("span", { class: "soft" }, ` ${localTime(one.created)}, ${count(one.rounds, "round")}`),
+      one.first_words ? h("span", { class: "said" }, `\u201c${one.first_words}\u201d`) : null,
     ),
   );
   return [h("h2", {}, "Continue"), h("ul", { class: "plain" }, ...rows)];

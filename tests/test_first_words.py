@@ -1,0 +1,140 @@
+# ruff: noqa: RUF001
+"""The list of episodes shows what the person said first, and finds an episode by it."""
+
+from __future__ import annotations
+
+import json
+import re
+from dataclasses import replace
+from pathlib import Path
+
+import pytest
+from playwright.sync_api import expect
+from rich.cells import cell_len
+
+from browsers import needs_chromium
+from goalscope.display import show_episodes
+from goalscope.rounds_json import first_words, round_to_json
+from goalscope.store import Store
+from goalscope.types import Turn
+from sites import KEY, site
+from test_cli import invoke
+from test_display import EPISODE, drawn
+from test_store import a_round
+
+LONG = "I am cooking an Italian dinner for two friends on Friday. "
+CHINESE = "我想在星期五为两位朋友做一顿意大利晚餐"
+QUOTES = 'He said "utterance": "milk" \\ and {"turn": 1}'
+PERSIAN = "می\u200cخواهم"
+SAID = {
+    "short": ("Tea, please", "Tea, please"),
+    "of one letter": ("x", "x"),
+    "on two lines": ("Two things:\n\n- tea\n- \tmilk", "Two things: - tea - milk"),
+    "long": (LONG * 9, f"{(LONG * 9)[:117]}..."),
+    "Chinese": (CHINESE * 9, f"{(CHINESE * 9)[:117]}..."),
+    "Persian": (PERSIAN, PERSIAN),
+    "emoji": ("🍰" * 200, f"{'🍰' * 117}..."),
+    "quotes": (QUOTES, QUOTES),
+}
+
+
+@pytest.mark.parametrize(("said", "shown"), SAID.values(), ids=SAID.keys())
+@pytest.mark.parametrize("query", ["What can I help you with?", '"utterance": "no"', "q" * 3000])
+def test_an_episode_has_the_first_words_of_its_person(
+    place, query: str, said: str, shown: str
+) -> None:
+    with Store.open(place) as store:
+        episode = store.begin(domain="grocery", method="good", model="m", task="Sell.")
+        assert store.episode(episode).first_words == ""
+        store.append(episode, a_round(1, turn=Turn(query, said)))
+        store.append(episode, a_round(2, turn=Turn("What else?", "And milk.")))
+        assert store.episode(episode).first_words == shown
+        assert [each.first_words for each in store.episodes()] == [shown]
+        assert len(shown) <= 120
+
+
+@pytest.mark.parametrize("cut", range(40, 400, 7))
+def test_a_round_that_is_cut_anywhere_has_some_of_them_or_none(cut: int) -> None:
+    said = 'Über 🍰, \\ and "quotes"'
+    text = round_to_json(a_round(turn=Turn("What else?", said)))
+    assert said.startswith(first_words(text[:cut], 120).rstrip("\ud83c"))
+
+
+@pytest.mark.parametrize("json", ["", "null", '{"turn": {"utterance": 5}}', '"utterance": "\\x'])
+def test_a_damaged_round_has_none(json: str) -> None:
+    assert first_words(json, 120) == ""
+
+
+@pytest.mark.parametrize("width", [60, 80, 100, 120, 200])
+@pytest.mark.parametrize(("said", "shown"), SAID.values(), ids=SAID.keys())
+def test_the_terminal_cuts_them_to_the_room_that_is_left(width: int, said: str, shown: str) -> None:
+    text = drawn(show_episodes, [replace(EPISODE, first_words=shown)], width=width)
+    assert shown[:4] in text
+    assert EPISODE.id in text
+    lines = text.splitlines()
+    assert max(map(cell_len, lines)) <= width
+    assert sum(bool(line.strip()) for line in lines) == 3
+    assert (shown in text) or "\N{HORIZONTAL ELLIPSIS}" in text
+
+
+def test_the_terminal_filters_by_words_and_domain(tmp_path: Path) -> None:
+    file = tmp_path / "episodes.db"
+    with Store.open(file) as store:
+        ids: list[str] = []
+        for domain, said in (("grocery", "Some tea"), ("house", "Make tea"), ("/a/my.py", "Swim")):
+            ids.append(store.begin(domain=domain, method="good", model="m", task="t"))
+            store.append(ids[-1], a_round(turn=Turn("What?", said)))
+
+    def found(*options: str) -> list[str]:
+        listed = invoke("episodes", "--store", file, "--json", *options)
+        return [each["first_words"] for each in json.loads(listed.stdout)]
+
+    assert found() == ["Some tea", "Make tea", "Swim"]
+    assert found("--text", "TEA") == ["Some tea", "Make tea"]
+    assert found("--domain", "house") == ["Make tea"]
+    assert found("--domain", "my.py") == found("--domain", "/a/my.py") == ["Swim"]
+    assert found("--domain", "grocery", "--text", "tea") == ["Some tea"]
+    assert found("--text", "coffee") == []
+    shown = invoke("episodes", "--store", file, "--domain", "house")
+    assert "Make tea" in shown.stdout
+    assert "Swim" not in shown.stdout
+    none = invoke("episodes", "--store", file, "--text", "coffee")
+    assert none.stdout == "No stored episode fits. `goalscope episodes` lists them all.\n"
+
+
+@needs_chromium
+def test_the_page_lists_and_filters_by_them(tmp_path: Path, enter) -> None:
+    file = tmp_path / "episodes.db"
+    hostile = "<img src=x onerror=window.ran=1> to clean"
+    with Store.open(file) as store:
+        for domain, said in (("grocery", "Some tea"), ("house", "Make tea"), ("house", hostile)):
+            episode = store.begin(domain=domain, method="good", model="m", task="t")
+            store.append(episode, a_round(turn=Turn("What?", said)))
+    with site(file) as address:
+        page = enter(f"{address}/?key={KEY}")
+        page.get_by_role("link", name="Episodes").click()
+        words = page.locator("td[data-name='First words']")
+        expect(words).to_have_text([hostile, "Make tea", "Some tea"])
+        page.get_by_label("Domain").select_option("grocery")
+        expect(words).to_have_text(["Some tea"])
+        page.wait_for_url(re.compile("domain=grocery"))
+        page.reload()
+        expect(words).to_have_text(["Some tea"])
+        expect(page.get_by_label("Domain")).to_have_value("grocery")
+        page.get_by_label("Domain").select_option("house")
+        page.get_by_label("Search").fill("tea")
+        expect(words).to_have_text(["Make tea"])
+        page.get_by_label("Domain").select_option("")
+        expect(words).to_have_text(["Make tea", "Some tea"])
+        assert page.evaluate("window.ran") is None
+
+
+@needs_chromium
+def test_a_conversation_to_go_on_with_is_known_by_them(address: str, enter) -> None:
+    page = enter(address)
+    page.get_by_role("button", name="Begin").click()
+    page.get_by_label("Your words", exact=True).fill("add flour for my cake")
+    page.get_by_label("Your words", exact=True).press("Enter")
+    expect(page.get_by_role("log").locator(".bubble.agent:visible")).to_have_count(2)
+    page.get_by_role("link", name="Talk").click()
+    expect(page.get_by_text("\u201cadd flour for my cake\u201d")).to_be_visible()
