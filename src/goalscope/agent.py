@@ -5,7 +5,8 @@ from __future__ import annotations
 from collections.abc import Callable, Generator, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import replace
-from typing import Literal
+from itertools import groupby
+from typing import Literal, cast
 
 from goalscope.belief import Belief
 from goalscope.calibration import DEFAULT, Calibration
@@ -17,7 +18,7 @@ from goalscope.goals import UNEXPLAINED, GoalManager, Trigger
 from goalscope.guards import UNSURE
 from goalscope.likelihood import Likelihood, PromptedRanking, RolePlay
 from goalscope.models import Model, OnText
-from goalscope.modules import Modules, modules_of
+from goalscope.modules import PIPELINE, Modules, Stage, modules_of, pipeline_of
 from goalscope.orders import TELLING, Order, Reading, is_aside
 from goalscope.picking import Picker
 from goalscope.policy import Guess, Outcome, Want, undo
@@ -40,10 +41,13 @@ from goalscope.types import (
 from goalscope.why import in_words
 from goalscope.writer import Recalling, Writer
 
-__all__ = ["NO_ANSWER", "NO_GOAL", "Agent", "Method", "run_episode"]
+__all__ = ["NO_ANSWER", "NO_GOAL", "Agent", "K", "Method", "run_episode"]
 
 Method = Literal["good", "no-goals", "no-inference"]
 """The paper's agent and its ablations (Sec. 4.3); see `Agent`."""
+
+K = 3
+"""Number of goals that an agent acts on (k in Algorithm 1; the paper gives no figure)."""
 
 NO_GOAL = "The goals do not explain the newest words, and no better ones were found."
 """A round's note where a goal is missing."""
@@ -65,7 +69,9 @@ class Agent:
         pick: Finds the thing that a phrase means; by default a `Picker`.
         method: "good", or an ablation of Sec. 4.3: "no-goals" acts on the transcript alone,
             "no-inference" asks the model which goal is likeliest.
-        k: Number of goals to act on.
+        k: Number of likeliest goals to act on and to ask about.
+        pipeline: The order of a round's stages; by default that of Algorithm 1. Each stage works
+            with the belief as the stages before it left it.
         patience: See `GoalManager`.
         propose: See `GoalManager`; "no-inference" always proposes as in the paper.
         likelihood: Evidence of a turn, for "good"; by default the role-play likelihood of `model`.
@@ -79,7 +85,7 @@ class Agent:
             and the goals that came and went.
 
     Raises:
-        InvalidInputError: There is no such method.
+        InvalidInputError: There is no such method or pipeline, or `k` is below 1.
     """
 
     def __init__(
@@ -90,7 +96,8 @@ class Agent:
         reader: Reader | None = None,
         pick: Pick | None = None,
         method: Method = "good",
-        k: int = 3,
+        k: int = K,
+        pipeline: Sequence[Stage] = PIPELINE,
         patience: int = 3,
         propose: Trigger = UNEXPLAINED,
         likelihood: Likelihood | None = None,
@@ -103,7 +110,10 @@ class Agent:
     ) -> None:
         self.env = env
         self.model = model
+        if not (hasattr(k, "__index__") and k >= 1):
+            raise InvalidInputError(f"k must be a whole number, 1 or more, not {k!r}")
         self.k = k
+        self._stages = _grouped(pipeline_of(pipeline))
         self.reader = reader or reader_of(model, env.verbs, task=env.task, examples=env.examples)
         self._pick = pick or Picker(model)
         self._executor = Executor(env, self._pick, unsure)
@@ -208,7 +218,8 @@ class Agent:
         proposed and removed (Goal Management Module). Then the agent acts (Action Module): it
         follows the orders, and where the words tell an aim it plans for the likeliest goals. An
         order waits for a yes if nobody can undo it, if its reading is unsure, if it has a
-        condition, or if an allergy forbids it; the yes counts only in the state that was shown.
+        condition, or if an allergy forbids it; the yes counts only in the state that was shown. The
+        agent's `pipeline` may change the order of these stages.
 
         On an error the agent and its environment stay as they were: the environment is reset and
         its past replayed, which in a simulator takes back even what nobody could undo.
@@ -231,17 +242,27 @@ class Agent:
             )
         with self._all_or_nothing():
             reading, unread = self._read(turn)
-            changes, unexplained = self._infer(turn, reading)
             round = Round(
                 number=len(self.rounds) + 1,
                 turn=turn,
                 belief=self.belief,
-                changes=(*self._corrections, *changes),
+                changes=tuple(self._corrections),
                 reading=reading,
             )
-            self._understood(round)
-            done = self._executor.execute(self.rounds, turn, reading, confirmed=bool(confirmed))
-            outcome = self._plan(turn, reading, done)
+            done, outcome = Execution(turn, reading), Outcome()
+            unexplained: list[str] = []
+            known = bool(self._stated)
+            for stages in self._stages:
+                if "act" in stages:
+                    self._understood(round)
+                    done = self._executor.execute(
+                        self.rounds, turn, reading, confirmed=bool(confirmed)
+                    )
+                    outcome = self._plan(turn, reading, done)
+                    continue
+                changes, notes = self._think(stages, turn, reading, round.changes, known)
+                round = replace(round, belief=self.belief, changes=(*round.changes, *changes))
+                unexplained += notes
             round = replace(
                 round,
                 results=(*done.results, *outcome.results),
@@ -357,11 +378,25 @@ class Agent:
             return Reading((Order("none"),)), [str(error)]
         return reading, []
 
-    def _infer(self, turn: Turn, reading: Reading) -> tuple[list[GoalChange], list[str]]:
-        """Update the belief (Eq. 1), then propose and remove goals (Sec. 3.2).
+    def _think(
+        self,
+        stages: Sequence[Stage],
+        turn: Turn,
+        reading: Reading,
+        corrections: Sequence[GoalChange],
+        known: bool,
+    ) -> tuple[list[GoalChange], list[str]]:
+        """Update the belief (Eq. 1), or propose and remove goals (Sec. 3.2).
 
         Goals are proposed where the words tell an aim, or may tell one: orders do as long as no
-        goal is known, and so do words that ask for nothing.
+        goal is `known`, and so do words that ask for nothing.
+
+        Args:
+            stages: What to do.
+            turn: The newest one.
+            reading: Its reading.
+            corrections: All changes since the last round.
+            known: Whether there was a goal before this round.
 
         Returns:
             What has changed, and notes on what could not be explained.
@@ -369,17 +404,20 @@ class Agent:
         tracker = self.tracker
         if tracker is None:
             return [], []
-        known = bool(self._stated)
-        self._progress(f"scoring {pluralize(len(tracker.belief.goals), 'goal')}")
-        weight = _weight(reading, tracker.belief.calibration)
-        tracker.observe(turn.query, turn.utterance, weight=weight)
+        if "infer" in stages:
+            self._progress(f"scoring {pluralize(len(tracker.belief.goals), 'goal')}")
+            weight = _weight(reading, tracker.belief.calibration)
+            tracker.observe(turn.query, turn.utterance, weight=weight)
+            return [], []
         orders = acting(reading.orders)
         aims = reading.tells("aim") or (reading.only_tells and not (known and reading.says_nothing))
         try:
             changes, missing = tracker.manage(
                 self.goals,
                 self.rounds,
-                self._corrections,
+                corrections,
+                stages=cast("Sequence[Literal['propose', 'remove']]", stages),
+                unobserved=None if len(tracker.turns) > len(self.rounds) else turn,
                 propose=aims or (bool(orders) and not known),
                 anew=reading.tells("aim")
                 and any(each.reading and each.reading.tells("aim") for each in self.rounds),
@@ -434,6 +472,12 @@ class Agent:
         asked = any(each.do == "ask" and not (each.what or each.where) for each in reading.orders)
         if asked and self.tracker and not isinstance(self.tracker.likelihood, PromptedRanking):
             yield in_words(self.tracker.belief, self.tracker.turns)
+
+
+def _grouped(pipeline: Sequence[Stage]) -> list[tuple[Stage, ...]]:
+    """The stages in their order; "propose" and "remove" are one step if they are neighbours."""
+    managing = groupby(pipeline, lambda each: "" if each in ("propose", "remove") else each)
+    return [tuple(stages) for _, stages in managing]
 
 
 def _by_goal(guessed: Sequence[Guess]) -> str:
