@@ -212,7 +212,9 @@ def ablation(
     ]
     for _, result in runs:
         result |= {} if unwanted is None else {"unwanted": ["x"] * unwanted}
-    judges = [judged(s, [*trials, float(i % 3)]) for i, (s, _) in enumerate(runs)] if trials else []
+    judges = (
+        [judged(s, [*trials, float(i // 3 % 4)]) for i, (s, _) in enumerate(runs)] if trials else []
+    )
     return [*runs, *judges]
 
 
