@@ -10,7 +10,7 @@ import pytest
 from goalscope.agent import K
 from goalscope.modules import PIPELINE
 from goalscope.store import Store
-from test_cli import fails, invoke, shop, store_file, words  # noqa: F401
+from test_cli import ROW, fails, invoke, rows_file, shop, store_file, words  # noqa: F401
 from test_run import OWN
 
 ACTS_FIRST = "act,infer, propose,remove"
@@ -97,6 +97,7 @@ def test_a_likelihood_of_ones_own_runs_only_when_it_is_named(
         ("None", "must return a likelihood: it has no method log_likelihood"),
         ("1 / 0", "mine.py, line 3: ZeroDivisionError"),
         ("Mine", "must return a likelihood: it is a class; give an instance"),
+        ("type('Plain', (), {'log_likelihood': None})()", "calibration of Plain must be a"),
     ],
 )
 def test_what_makes_no_likelihood_is_told(shop, words, mine, tmp_path, made, told):  # noqa: F811
@@ -106,3 +107,20 @@ def test_what_makes_no_likelihood_is_told(shop, words, mine, tmp_path, made, tol
     code = 1 if "/" in made else 2
     made_by = f"{mine[:-4]}make"
     assert told in fails(code, "run", "--profile", "baker", *shop, "--likelihood", made_by)
+
+
+def test_dialogues_are_inferred_by_a_likelihood_of_ones_own(tmp_path, words, mine):  # noqa: F811
+    rows, out = rows_file(tmp_path, ROW), tmp_path / "out.jsonl"
+    infer = ("infer", rows, "--out", out, "--likelihood", mine)
+    assert invoke(*infer).exit_code == 0
+    lines = [json.loads(line) for line in out.read_text().splitlines()]
+    for turn, line in zip(ROW["turns"], lines, strict=True):
+        lengths = [float(len(goal) + len(turn["utterance"])) for goal in line["goals"]]
+        assert line["log_likelihood"] == lengths
+    assert [*lines[0]["settings"]["likelihood"]] == [mine]
+    assert "another" in fails(2, "infer", rows, "--out", out).replace("other", "another")
+    assert "only applies to the role-play" in fails(2, *infer, "--end-of-turn")
+    transposed = fails(
+        2, "infer", rows, "--out", tmp_path / "o", "--likelihood", f"{mine[:-4]}Transposed"
+    )
+    assert "Transposed.log_likelihood must return an array of [2, 3]" in transposed

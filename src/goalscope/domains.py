@@ -20,7 +20,7 @@ from goalscope.likelihood import DEFAULT_LAYOUT, Layout, Likelihood, RolePlay
 from goalscope.models import LikelihoodModel, Model
 from goalscope.modules import PIPELINE, Module, Modules, Stage, modules_of
 from goalscope.reader import check_verbs
-from goalscope.tracker import unusable
+from goalscope.tracker import calibration_of, unusable
 from goalscope.types import TRACKING, InvalidInputError, Profile
 
 if TYPE_CHECKING:
@@ -299,6 +299,7 @@ def own_likelihood(name: str, model: LikelihoodModel) -> Likelihood:
     found = make(model)
     if wrong := unusable(found):
         raise InvalidInputError(f"{name} must return a likelihood: {wrong}.")
+    calibration_of(found)
     return found
 
 

@@ -35,7 +35,14 @@ from goalscope.types import (
     readable,
 )
 
-__all__ = ["UNCORRECTABLE", "Correction", "GoalTracker", "unusable"]
+__all__ = [
+    "UNCORRECTABLE",
+    "Correction",
+    "GoalTracker",
+    "calibration_of",
+    "evidence_of",
+    "unusable",
+]
 
 Correction = Literal["pin", "veto", "reword"]
 """How a person corrects the goals; see `GoalTracker.correct`."""
@@ -109,7 +116,7 @@ class GoalTracker:
         self.likelihood = likelihood or RolePlay(model or embedded_scorer())
         self._busy = RLock()
         self.turns: list[Turn] = []
-        self.belief = Belief.uniform(given, named or _calibration_of(self.likelihood))
+        self.belief = Belief.uniform(given, named or calibration_of(self.likelihood))
 
     def __getstate__(self) -> dict[str, Any]:
         """All but the lock; a copy gets its own."""
@@ -189,15 +196,7 @@ class GoalTracker:
         Raises:
             InvalidInputError: The likelihood returned something else.
         """
-        found = self.likelihood.log_likelihood(self.task, goals, turns, since=since)
-        expected = (len(turns) - since, len(goals))
-        shape = getattr(found, "shape", type(found).__name__)
-        if shape != expected:
-            raise InvalidInputError(
-                f"{type(self.likelihood).__name__}.log_likelihood must return an array of "
-                f"{list(expected)} (turns from `since` on, goals), not {shape}."
-            )
-        return found
+        return evidence_of(self.likelihood, self.task, goals, turns, since=since)
 
     @_synchronized
     def drop(self, goals: Iterable[str | Goal]) -> Belief:
@@ -441,6 +440,30 @@ class GoalTracker:
         return changes, unexplained
 
 
+def evidence_of(
+    likelihood: Likelihood,
+    task: str,
+    goals: Sequence[Goal],
+    turns: Sequence[Turn],
+    *,
+    since: int = 0,
+) -> Array:
+    """[T - since, G] evidence in nats, from any likelihood.
+
+    Raises:
+        InvalidInputError: The likelihood returned something else.
+    """
+    found = likelihood.log_likelihood(task, goals, turns, since=since)
+    expected = (len(turns) - since, len(goals))
+    shape = getattr(found, "shape", type(found).__name__)
+    if shape != expected:
+        raise InvalidInputError(
+            f"{type(likelihood).__name__}.log_likelihood must return an array of "
+            f"{list(expected)} (turns from `since` on, goals), not {shape}."
+        )
+    return found
+
+
 def unusable(likelihood: object) -> str:
     """Why a user's own likelihood cannot be used; empty if it can."""
     if isinstance(likelihood, type):
@@ -450,7 +473,12 @@ def unusable(likelihood: object) -> str:
     return ""
 
 
-def _calibration_of(likelihood: Likelihood) -> Calibration:
+def calibration_of(likelihood: Likelihood) -> Calibration:
+    """The calibration of any likelihood.
+
+    Raises:
+        InvalidInputError: It has none.
+    """
     found = cast("object", getattr(likelihood, "calibration", None))
     if not isinstance(found, Calibration):
         raise InvalidInputError(

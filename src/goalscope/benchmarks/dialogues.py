@@ -12,7 +12,8 @@ from goalscope.likelihood import Layout, Likelihood, RolePlay
 from goalscope.models import OpenModel
 from goalscope.models.adapters import FITTED_DIALOGUES, FITTED_GOALS
 from goalscope.models.opening import parts
-from goalscope.types import UNSPECIFIED, InvalidInputError
+from goalscope.tracker import evidence_of
+from goalscope.types import UNSPECIFIED
 
 __all__ = ["measure_dialogue", "measure_evidence"]
 
@@ -33,14 +34,7 @@ def measure_evidence(
         the model could still read at the end.
     """
     scorer = likelihood or RolePlay(model, layout=layout, end_of_turn=end_of_turn)
-    goals = [*case.goals, UNSPECIFIED]
-    table = scorer.log_likelihood(case.task, goals, case.turns)
-    shape = getattr(table, "shape", type(table).__name__)
-    if shape != (expected := (len(case.turns), len(goals))):
-        raise InvalidInputError(
-            f"{type(scorer).__name__}.log_likelihood must return an array of {list(expected)} "
-            f"(turns, goals), not {shape}."
-        )
+    table = evidence_of(scorer, case.task, [*case.goals, UNSPECIFIED], case.turns)
     return {
         "role-play": table[:, :-1].tolist(),
         "unspecified": table[:, -1].tolist(),

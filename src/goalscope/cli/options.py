@@ -29,6 +29,7 @@ __all__ = [
     "Method",
     "Model",
     "ModelOptions",
+    "OwnLikelihood",
     "ReadingAdapter",
     "ReadingForm",
     "Scorer",
@@ -37,6 +38,7 @@ __all__ = [
     "Tokenizer",
     "Writer",
     "calibration_file",
+    "check_likelihood",
     "check_picture",
     "expand_options",
 ]
@@ -94,6 +96,15 @@ StoreFile = Annotated[
         "--store",
         metavar="FILE|postgresql://USER:PASSWORD@HOST/DATABASE",
         help="Store of episodes.  [default: $GOALSCOPE_STORE]",
+    ),
+]
+OwnLikelihood = Annotated[
+    str | None,
+    typer.Option(
+        "--likelihood",
+        metavar="FILE.py:NAME",
+        help="A likelihood of your own: the Python file, and the function or class in it that "
+        "makes it from a model.",
     ),
 ]
 Json = Annotated[bool, typer.Option("--json", help="Print only JSON to standard output.")]
@@ -164,14 +175,7 @@ class EpisodeOptions(ModelOptions):
         Path | None,
         typer.Option(metavar="FILE.svg", help="Draw the room to this file each round."),
     ] = None
-    likelihood: Annotated[
-        str | None,
-        typer.Option(
-            metavar="FILE.py:NAME",
-            help="A likelihood of your own: the Python file, and the function or class in it that "
-            "makes it from a model.",
-        ),
-    ] = None
+    likelihood: OwnLikelihood = None
     layout: Layout = None
     end_of_turn: EndOfTurn = False
     calibration: CalibrationName = None
@@ -270,12 +274,7 @@ class EpisodeOptions(ModelOptions):
                         f"--{name} does not apply to the method 'no-goals', which has no goals. "
                         "Leave it out."
                     )
-        for name in ("layout", "end_of_turn"):
-            if self.likelihood and getattr(self, name):
-                raise InvalidInputError(
-                    f"--{name.replace('_', '-')} only applies to the role-play likelihood. Leave "
-                    "it out, or leave out --likelihood."
-                )
+        check_likelihood(self.likelihood, self.layout, self.end_of_turn)
 
 
 def expand_options(command: Callable[..., None]) -> Callable[..., None]:
@@ -307,6 +306,20 @@ def expand_options(command: Callable[..., None]) -> Callable[..., None]:
 
     call.__signature__ = Signature(expanded)  # pyright: ignore[reportAttributeAccessIssue]
     return call
+
+
+def check_likelihood(own: str | None, layout: object, end_of_turn: bool) -> None:
+    """Refuse options of the role-play likelihood beside one of the user's own.
+
+    Raises:
+        InvalidInputError: One is given.
+    """
+    for option, given in (("--layout", layout), ("--end-of-turn", end_of_turn)):
+        if own and given:
+            raise InvalidInputError(
+                f"{option} only applies to the role-play likelihood. Leave it out, or leave out "
+                "--likelihood."
+            )
 
 
 def check_picture(picture: Path | None, domain: str) -> None:
