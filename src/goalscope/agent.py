@@ -35,6 +35,7 @@ from goalscope.types import (
     StepResult,
     Turn,
     UnreadableAnswerError,
+    canonical,
     checked_text,
     pluralize,
 )
@@ -359,7 +360,8 @@ class Agent:
     def _read(self, turn: Turn) -> tuple[Reading, list[str]]:
         """The reading of a turn; where the model wrote none, an empty one and a note that says so.
 
-        The phrase that ends the task is no answer to the question before it.
+        The phrase that ends the task is no answer to the question before it. Said alone, it is
+        the order to end the task, as the environment declares, however the model reads it.
         """
         self._progress("reading")
         before = [
@@ -367,6 +369,7 @@ class Agent:
             for each in self.rounds
             if each.reading
         ]
+        unread: list[str] = []
         try:
             reading = self.reader.read(
                 turn.utterance,
@@ -375,8 +378,12 @@ class Agent:
                 names=[self.env.status()],
             )
         except UnreadableAnswerError as error:
-            return Reading((Order("none"),)), [str(error)]
-        return reading, []
+            reading, unread = Reading((Order("none"),)), [str(error)]
+        ends = [verb.name for verb in self.env.verbs if verb.ends]
+        told = canonical(turn.utterance) == canonical(self.env.completion_phrase)
+        if told and ends and not any(map(reading.tells, ends)):
+            return Reading((Order(ends[0]),)), []
+        return reading, unread
 
     def _think(
         self,
