@@ -295,6 +295,13 @@ def test_one_person_with_several_trials_has_the_bars_of_the_paper_alone(tmp_path
     assert OVER_PEOPLE not in texts(methods)
 
 
+def test_trials_that_are_all_equal_have_no_error_bars(tmp_path: Path) -> None:
+    runs = [episode(method, "anna", 0.5) for method in METHODS]
+    (methods,) = drawn(tmp_path, [*runs, *(judged(spec, [1.5] * 3) for spec, _ in runs)])
+    assert OVER_TRIALS not in texts(methods)
+    assert "all repetitions are equal" in methods.caption
+
+
 def test_cells_that_are_missing_are_said_to_be(tmp_path: Path) -> None:
     cells = ablation(["anna", "ben"], [3.0, 1.0])
     left = [c for c in cells if "no-goals" not in str(c[0]) or "anna" in str(c[0])]

@@ -461,7 +461,15 @@ def evidence_of(
             f"{type(likelihood).__name__}.log_likelihood must return an array of "
             f"{list(expected)} (turns from `since` on, goals), not {shape}."
         )
-    return found
+    table = np.asarray(found, dtype=np.float64)
+    wrong = np.isnan(table) | np.isposinf(table)
+    if wrong.any():
+        goal = goals[int(wrong.any(axis=0).argmax())]
+        raise InvalidInputError(
+            f"{type(likelihood).__name__}.log_likelihood must return numbers in nats, or -inf for "
+            f"what is impossible, not {table[wrong][0]} for {goal.text!r}."
+        )
+    return table
 
 
 def unusable(likelihood: object) -> str:

@@ -66,7 +66,7 @@ def _pooled(episodes: Sample, panels: Sequence[_Panel]) -> Figure:
     }
     bars = [
         *(OVER_PEOPLE for value, _ in found.values() if value and value.interval),
-        *(panel.spread for (panel, _), (_, spread) in found.items() if spread is not None),
+        *(panel.spread for (panel, _), (_, spread) in found.items() if spread),
     ]
 
     def paint(figure: Any) -> None:
@@ -83,8 +83,8 @@ def _pooled(episodes: Sample, panels: Sequence[_Panel]) -> Figure:
                 colour = COLOURS[x % len(COLOURS)]
                 axis.bar(x, middle, 0.7, color=_light(colour), edgecolor=colour, linewidth=1.2)
                 if value.interval:
-                    _bar(axis, "y", x - 0.17 * (spread is not None), value, panel.scale)
-                if spread is not None:
+                    _bar(axis, "y", x - (0.17 if spread else 0), value, panel.scale)
+                if spread:
                     wide = panel.scale * spread
                     axis.vlines(x + 0.17, middle - wide, middle + wide, color=INK, lw=4, alpha=0.6)
             axis.set_xticks(range(len(methods)), names)
@@ -121,7 +121,7 @@ def _people(
         *(
             panel.spread
             for (panel, _, person), (_, spread) in found.items()
-            if person is not None and spread is not None
+            if person is not None and spread
         ),
     ]
     gaps = any(value is None for value, _ in found.values())
@@ -139,8 +139,8 @@ def _people(
                         continue
                     colour, middle = COLOURS[i % len(COLOURS)], panel.scale * value.value
                     if person is None and value.interval:
-                        _bar(axis, "x", at, value, panel.scale, colour)
-                    if person is not None and spread is not None:
+                        _bar(axis, "x", at, value, panel.scale, colour, min(0.09, 0.35 * step))
+                    if person is not None and spread:
                         wide = panel.scale * spread
                         axis.hlines(at, middle - wide, middle + wide, color=colour, lw=4, alpha=0.6)
                     axis.plot(middle, at, clip_on=False, zorder=3, **_point(i))
@@ -156,7 +156,7 @@ def _people(
         for i, method in enumerate(methods):
             name = shortened(NAMES.get(method, method), 30)
             axes[0].plot([], [], label=name, **_point(i))
-        figure.legend(loc="outside upper center", ncols=min(4, len(methods)))
+        figure.legend(loc="outside upper center", ncols=min(len(methods), 2 * len(panels)))
         _legend(figure, bars)
 
     part = f", part {page} of {pages}" if pages > 1 else ""
@@ -190,21 +190,27 @@ def _scale(axis: Any, along: str, panel: _Panel) -> None:
 
 
 def _bar(
-    axis: Any, along: str, at: float, value: Estimate, scale: float, colour: str = INK
+    axis: Any,
+    along: str,
+    at: float,
+    value: Estimate,
+    scale: float,
+    colour: str = INK,
+    cap: float = 0.09,
 ) -> None:
     """The interval of an estimate, with caps."""
     if value.interval:
         low, high = scale * value.interval.low, scale * value.interval.high
         lines, caps = (axis.vlines, axis.hlines) if along == "y" else (axis.hlines, axis.vlines)
         lines(at, low, high, color=colour, lw=1.2)
-        caps((low, high), at - 0.09, at + 0.09, color=colour, lw=1.2)
+        caps((low, high), at - cap, at + cap, color=colour, lw=1.2)
 
 
 def _point(number: int) -> dict[str, Any]:
     """The colour and shape of a method's points."""
     return {
         "color": COLOURS[number % len(COLOURS)],
-        "marker": MARKERS[number % len(MARKERS)],
+        "marker": MARKERS[(number + number // len(COLOURS)) % len(MARKERS)],
         "ls": "",
         "ms": 4.5,
         "markeredgecolor": INK,
