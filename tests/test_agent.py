@@ -103,6 +103,21 @@ def test_episode_is_truncated_at_the_cap() -> None:
     assert not rounds[-1].terminated
 
 
+@pytest.mark.parametrize("words", ["Good night", "good night.", " Good  night!"])
+@pytest.mark.parametrize("read", ["none", "ask", "switch off lamp", "aim"])
+def test_the_phrase_that_ends_the_task_ends_it_however_it_is_read(words, read) -> None:
+    model = WordModel(REPLIES, reads={words.strip(): read, words: read})
+    round = Agent(LampRoom(["lamp"]), model).step("What now?", words)
+    assert round.terminated
+    assert round.reading == Reading((Order("finish"),))
+
+
+@pytest.mark.parametrize("words", ["Good night, lamp", "Say good night", "Do not say good night"])
+def test_words_around_the_phrase_are_read(words) -> None:
+    model = WordModel(REPLIES, reads={words: "none"})
+    assert not Agent(LampRoom(), model).step("What now?", words).terminated
+
+
 def test_ended_episode_has_no_further_round() -> None:
     env = LampRoom()
     rounds = list(run_episode(Agent(env, WordModel(REPLIES)), ScriptedHuman(SLEEPER, env)))

@@ -92,7 +92,8 @@ def test_questions_are_measured_once_and_printed(here):
     assert again.exit_code == 0
     assert again.stderr.splitlines() == [
         "Missing: 1 of 3 cells. Results are saved in results/mcq-q.db as they come, and the "
-        "same command continues."
+        "same command continues.",
+        "Figures: goalscope report results/mcq-q.db draws them.",
     ]
     assert "Isolated inference" in again.stdout
     assert [cell.attempts for cell in cells("mcq-q")] == [1, 1, 1]

@@ -19,7 +19,7 @@ def lines(text: str) -> list[str]:
 
 
 def test_the_page_shows_the_whole_example_in_its_order() -> None:
-    *shown, _, _ = blocks("python")
+    *shown, _, _, _ = blocks("python")
     assert lines("".join(shown)) == lines(GARDEN)
     assert f"in {len(lines(GARDEN))} lines" in PAGE
     (people,) = blocks("toml")
@@ -30,5 +30,5 @@ def test_the_rest_of_its_code_prints_what_the_page_shows(
     monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     monkeypatch.chdir(ROOT)
-    exec(compile("".join(blocks("python")[-2:]), "docs/domain.md", "exec"), {})
+    exec(compile("".join(blocks("python")[-3:]), "docs/domain.md", "exec"), {})
     assert capsys.readouterr().out == "".join(blocks("text"))

@@ -162,10 +162,11 @@ def test_trials_differ_by_seed_and_share_none_with_another_seed() -> None:
     assert all(asked["temperature"] > 0 for asked in model.asked)
 
 
-def test_without_sampling_the_model_is_asked_once() -> None:
+def test_at_the_papers_temperature_every_trial_is_asked_for() -> None:
     model = Evaluator(GOOD)
-    assert judge(model, **CASE, outcome="tea", temperature=0) == [Trial(2.25, "There is tea.")]
-    assert len(model.asked) == 1
+    trials = judge(model, **CASE, outcome="tea", temperature=0, trials=3)
+    assert trials == [Trial(2.25, "There is tea.")] * 3
+    assert [asked["temperature"] for asked in model.asked] == [0, 0, 0]
 
 
 def test_no_trials_are_refused() -> None:

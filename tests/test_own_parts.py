@@ -54,6 +54,27 @@ def test_a_table_of_another_shape_is_refused_and_nothing_changes(table, shape: s
     assert (tracker.turns, len(tracker.belief.log_likelihood)) == ([], 0)
 
 
+@pytest.mark.parametrize("value", [np.nan, np.inf])
+def test_a_table_of_no_numbers_is_refused_with_the_goal_and_nothing_changes(value: float) -> None:
+    def table(turns: int, goals: int):
+        found = np.zeros((turns, goals))
+        found[-1, 1] = value
+        return found
+
+    tracker = GoalTracker(goals=[TEA, CAKE], likelihood=Fixed(table))
+    with pytest.raises(InvalidInputError, match=rf"not {value} for 'make tea'"):
+        tracker.observe("What?", "Tea.")
+    assert (tracker.turns, len(tracker.belief.log_likelihood)) == ([], 0)
+
+
+def test_whole_numbers_and_the_impossible_are_evidence() -> None:
+    likelihood = Fixed(lambda turns, goals: np.zeros((turns, goals), dtype=int))
+    assert GoalTracker(goals=[TEA], likelihood=likelihood).observe("", "Tea.").top()
+    likelihood = Fixed(lambda turns, goals: np.full((turns, goals), [0.0, 0.0, -np.inf]))
+    belief = GoalTracker(goals=[TEA, CAKE], likelihood=likelihood).observe("", "Tea.")
+    assert dict(belief.top())[CAKE] == 0
+
+
 class Uncalibrated:
     def log_likelihood(self, task, goals, turns, *, since=0):
         raise AssertionError

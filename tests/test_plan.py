@@ -125,7 +125,60 @@ REFUSED = [
     ("episodes = {domain = 'grocery', propose = 2}", "propose"),
     ("episodes = {domain = 'grocery', prompted = 'plans'}", "no module 'plans'"),
     ("episodes = {domain = 'grocery', prompted = 3}", "prompted"),
+    ("episodes = {domain = 'grocery', k = 0}", "'k' must be at least 1"),
+    ("episodes = {domain = 'grocery', k = 'all'}", "'k' must be a whole number"),
+    ("episodes = {domain = 'grocery', pipeline = 'act'}", "once each, in any order, not 'act'"),
+    ("episodes = {domain = 'grocery', pipeline = ['infer', 'plan']}", "'plan' is unknown", "act"),
+    ("episodes = {domain = 'grocery', pipeline = []}", "'pipeline' must not be empty"),
+    ("episodes = {domain = 'gardn.py'}", "not 'gardn.py'", "existing Python file"),
+    ("episodes = {domain = 'mine.py', scene = 'Kitchen1'}", "'scene' do not apply"),
+    ("episodes = {domain = 'grocery', likelihood = 'no.py:Mine'}", "not 'no.py:Mine'"),
+    ("episodes = {domain = 'grocery', likelihood = 'mine.py'}", "existing Python file"),
+    ("episodes = {domain = 'grocery', likelihood = 'mine.py:Nine'}", "Nine is missing"),
+    (
+        "episodes = {domain = 'grocery', likelihood = 'mine.py:Mine', layouts = 'goal-first'}",
+        "only apply to the role-play likelihood",
+    ),
+    ("dialogues = {jsonl = 'd.jsonl', likelihood = 'mine.py:Nine'}", "Nine is missing"),
+    (
+        "dialogues = {jsonl = 'd.jsonl', likelihood = 'mine.py:Mine', end_of_turn = true}",
+        "only apply to the role-play likelihood",
+    ),
+    (
+        "episodes = {domain = 'grocery'}\n[judge]\ntemperature = 'paper'",
+        "'temperature' must be a number from 0 to 2, not 'paper'",
+    ),
+    ("episodes = {domain = 'grocery'}\n[judge]\ntemperature = -1", "from 0 to 2, not -1"),
+    ("episodes = {domain = 'grocery'}\n[judge]\ntemperature = nan", "from 0 to 2, not nan"),
+    ("episodes = {domain = 'grocery'}\n[judge]\ntemperature = true", "from 0 to 2, not True"),
 ]
+
+MINE = '''
+import numpy as np
+from goalscope.calibration import PAPER
+
+
+class Mine:
+    """Words that a goal shares with the utterance."""
+
+    calibration = PAPER
+
+    def __init__(self, model):
+        self.model = model
+
+    def log_likelihood(self, task, goals, turns, *, since=0):
+        said = [{*turn.utterance.lower().split()} for turn in turns[since:]]
+        found = [[len(one & {*goal.text.lower().split()}) for goal in goals] for one in said]
+        return np.array(found, dtype=float).reshape(len(said), len(goals))
+
+
+def open_environment(profile):
+    raise AssertionError
+
+
+def load_profiles(path):
+    return ()
+'''
 
 
 @pytest.mark.parametrize("text_and_said", REFUSED, ids=lambda row: row[0])
@@ -135,6 +188,8 @@ def test_what_cannot_be_used_is_refused_with_its_place_and_cause(tmp_path, text_
         "[[profile]]\nname='soup'\ndescription='Soup.'\nreplies=['Soup.']\n"
         "checks=[{must_have=['soup']}]\n"
     )
+    (tmp_path / "mine.py").write_text(MINE)
+    lines(tmp_path, "d.jsonl", ROW)
     if "souup" in text:
         people = json.dumps(str(tmp_path / "people.toml"))
         text = text.replace("}", f", people = {people}}}")
@@ -360,3 +415,49 @@ def test_the_experiments_of_the_repository_can_be_planned(file):
 
 def test_there_are_experiments_in_the_repository():
     assert len(SHIPPED) >= 8
+
+
+def test_settings_spelt_out_as_they_are_anyway_make_the_same_cells(tmp_path):
+    usual = specs_of(read(tmp_path, "episodes = {domain = 'grocery'}"), None)
+    same = "k = 3, pipeline = ['infer', 'propose', 'remove', 'act']"
+    assert specs_of(read(tmp_path, f"episodes = {{domain = 'grocery', {same}}}"), None) == usual
+    keys = {cell_key(spec) for spec in usual}
+    for other in ("k = 1", "pipeline = ['propose', 'infer', 'remove', 'act']"):
+        found = specs_of(read(tmp_path, f"episodes = {{domain = 'grocery', {other}}}"), None)
+        assert len(found) == len(usual)
+        assert keys.isdisjoint(map(cell_key, found))
+
+
+def test_the_judges_temperature_is_part_of_its_cells_unless_it_is_the_usual_one(tmp_path):
+    result = {"task": "t", "description": "d", "empty": False, "outcome": "tea", "actions": []}
+
+    def judged(text):
+        plan = read(tmp_path, f"episodes = {{domain = 'grocery'}}\n[judge]\n{text}")
+        spec = specs_of(plan, None)[0]
+        (found,) = judging(plan, [Cell(cell_key(spec), spec, result=result)])
+        return found
+
+    assert judged("temperature = 0.7") == judged("")
+    assert judged("temperature = 0") == {**judged(""), "temperature": 0.0}
+
+
+def test_files_of_ones_own_are_found_beside_the_experiment_and_are_part_of_its_cells(
+    tmp_path, monkeypatch
+):
+    monkeypatch.chdir(tmp_path.parent)
+    (tmp_path / "mine.py").write_text(MINE)
+    lines(tmp_path, "d.jsonl", ROW)
+    text = f"dialogues = {{jsonl = '{tmp_path}/d.jsonl', likelihood = 'mine.py:Mine'}}"
+    (one,) = specs_of(read(tmp_path, text), None)
+    assert one["likelihood"] == f"{tmp_path / 'mine.py'}:Mine"
+    (tmp_path / "mine.py").write_text(f"{MINE}\n# another one")
+    (other,) = specs_of(read(tmp_path, text), None)
+    assert (one["files"] != other["files"], cell_key(one) != cell_key(other)) == (True, True)
+    usual = read(tmp_path, "episodes = {domain = 'grocery', profiles = 'cafe'}")
+    own = read(
+        tmp_path,
+        "episodes = {domain = 'grocery', profiles = 'cafe', likelihood = 'mine.py:Mine'}",
+    )
+    for before, after in zip(specs_of(usual, None), specs_of(own, None), strict=True):
+        assert after["settings"] == {**before["settings"], "likelihood": one["likelihood"]}
+        assert {*after["files"]} == {"likelihood"}

@@ -5,6 +5,7 @@ import re
 import sqlite3
 import tempfile
 from dataclasses import asdict
+from html import unescape
 from pathlib import Path
 from urllib.parse import unquote
 from xml.dom import minidom
@@ -20,9 +21,11 @@ from goalscope.episode import Round
 from goalscope.experiment.dialogues import read_dialogues
 from goalscope.experiment.predictors import PREDICTORS, SEEN, UNIFORM
 from goalscope.experiment.results import Results, cell_key
+from goalscope.experiment.summary import Estimate
 from goalscope.report import read_report, write_report
-from goalscope.report.drawing import draw
-from goalscope.report.figures import accuracy_figure
+from goalscope.report.drawing import Figure, draw
+from goalscope.report.figures import accuracy_figure, truth_figure
+from goalscope.report.methods import OVER_PEOPLE, OVER_SEEDS, OVER_TRIALS
 from goalscope.rounds_json import round_to_json
 from goalscope.store import Store
 from goalscope.types import Goal, GoalscopeError, InvalidInputError, Turn
@@ -175,15 +178,209 @@ def test_chance_goes_across_the_figure_and_the_last_turn_stands_apart(turns: int
 
 def test_the_figures_of_each_kind_are_there(folder: Path) -> None:
     found = {section.name: section for section in read_report(folder).sections}
-    assert [f.name.split("-")[0] for f in found["talk"].figures] == ["turns", "calibration"]
+    kinds = [f.name.split("-")[0] for f in found["talk"].figures]
+    assert kinds == ["turns", "truth", "calibration"]
     (questions,) = found["mcq"].figures
     assert (questions.name, "94.4 %" in questions.caption) == ("accuracy", True)
-    (methods,) = found["people"].figures
-    assert "judge's score" in methods.svg
-    for said in ("95 %", "pooled SD of the mean", "2 profiles"):
-        assert said in methods.caption
+    methods, people = found["people"].figures
+    for figure in (methods, people):
+        assert "evaluator's score, %" in figure.svg
+        assert "pooled SD of the mean over trials, as in the paper" in figure.caption
+    assert "2 people" in methods.caption
     assert "n = 6 dialogues" in found["talk"].figures[0].caption
-    assert "ECE" in found["talk"].figures[1].svg
+    assert "ECE" in found["talk"].figures[2].svg
+
+
+METHODS = ("good", "no-goals", "no-inference")
+NAMES = ("GOOD", "No Goals", "No Inference")
+
+
+def drawn(tmp_path: Path, cells: list[tuple[dict, dict]]) -> list[Figure]:
+    fill(tmp_path / "r.db", cells)
+    (section,) = read_report(tmp_path / "r.db").sections
+    return [*section.figures]
+
+
+def ablation(
+    people: list[str], trials: list[float], unwanted: int | None = None
+) -> list[tuple[dict, dict]]:
+    """Each method with each person, whose scores differ, and the evaluator's trials of each."""
+    runs = [
+        episode(method, person, (i + 1) / (len(people) + j))
+        for i, person in enumerate(people)
+        for j, method in enumerate(METHODS)
+    ]
+    for _, result in runs:
+        result |= {} if unwanted is None else {"unwanted": ["x"] * unwanted}
+    judges = (
+        [judged(s, [*trials, float(i // 3 % 4)]) for i, (s, _) in enumerate(runs)] if trials else []
+    )
+    return [*runs, *judges]
+
+
+def texts(figure: Figure) -> list[str]:
+    return [unescape(each) for each in re.findall(r">([^<>]*)</text>", figure.svg)]
+
+
+def test_every_kind_of_error_bar_is_named_in_the_picture_and_drawn_apart(tmp_path: Path) -> None:
+    methods, people = drawn(tmp_path, ablation(["anna", "ben", "cleo"], [3.0, 1.0, 2.0], 2))
+    for figure in (methods, people):
+        said = texts(figure)
+        assert OVER_PEOPLE in said
+        assert OVER_TRIALS in said
+        assert OVER_SEEDS not in said
+        for kind in (OVER_PEOPLE, OVER_TRIALS):
+            assert kind in figure.caption
+        for title in ("evaluator's score, %", "state-based score, %", "unwanted things, number"):
+            assert title in said
+        assert "3 by each method" in figure.caption
+    assert {*NAMES} <= {*texts(people)}
+    assert {"anna", "ben", "cleo", "all 3 people"} <= {*texts(people)}
+    assert {"GOOD", "Goals", "Inference"} <= {*texts(methods)}
+
+
+def test_two_kinds_of_error_bars_stand_side_by_side(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    mpl = pytest.importorskip("matplotlib.figure")
+    painted = []
+
+    def paint(name: str, title: str, size: tuple[float, float], paint) -> str:
+        painted.append(mpl.Figure(size, layout="constrained"))
+        paint(painted[-1])
+        return "<svg/>"
+
+    monkeypatch.setattr("goalscope.report.drawing.draw", paint)
+    drawn(tmp_path, ablation(["anna", "ben", "cleo"], [3.0, 1.0]))
+    lines = painted[0].axes[0].collections
+    places = {
+        width: {
+            round(float(line[0][0]), 3)
+            for each in lines
+            if each.get_linewidth()[0] == width
+            for line in each.get_segments()
+            if line[0][0] == line[1][0]
+        }
+        for width in (1.2, 4)
+    }
+    assert [len(each) for each in places.values()] == [3, 3]
+    assert places[1.2].isdisjoint(places[4])
+
+
+def test_the_bars_are_the_means_of_the_tables(tmp_path: Path) -> None:
+    cells = ablation(["anna", "ben"], [3.0, 1.0])
+    fill(tmp_path / "r.db", cells)
+    (section,) = read_report(tmp_path / "r.db").sections
+    (table,) = [each for each in section.tables if each.name.endswith("-methods")]
+    said = texts(section.figures[0])
+    for row in table.rows:
+        for column in ("score", "judge score"):
+            value = row[column]
+            assert isinstance(value, Estimate)
+            assert f"{100 * value.value:.1f}" in said
+
+
+def test_one_person_and_one_trial_have_no_error_bars_and_the_caption_says_why(
+    tmp_path: Path,
+) -> None:
+    (methods,) = drawn(tmp_path, ablation(["anna"], []))
+    assert "There are no error bars" in methods.caption
+    assert not {OVER_PEOPLE, OVER_TRIALS, OVER_SEEDS} & {*texts(methods)}
+    assert "over 1 person:" in methods.caption
+
+
+def test_one_person_with_several_trials_has_the_bars_of_the_paper_alone(tmp_path: Path) -> None:
+    (methods,) = drawn(tmp_path, ablation(["anna"], [3.0, 1.0]))
+    assert OVER_TRIALS in texts(methods)
+    assert OVER_PEOPLE not in texts(methods)
+
+
+def test_trials_that_are_all_equal_have_no_error_bars(tmp_path: Path) -> None:
+    runs = [episode(method, "anna", 0.5) for method in METHODS]
+    (methods,) = drawn(tmp_path, [*runs, *(judged(spec, [1.5] * 3) for spec, _ in runs)])
+    assert OVER_TRIALS not in texts(methods)
+    assert "all repetitions are equal" in methods.caption
+
+
+def test_cells_that_are_missing_are_said_to_be(tmp_path: Path) -> None:
+    cells = ablation(["anna", "ben"], [3.0, 1.0])
+    left = [c for c in cells if "no-goals" not in str(c[0]) or "anna" in str(c[0])]
+    left = [c for c in left if c[0]["kind"] == "episode" or "no-inference" not in str(c[0])]
+    methods, people = drawn(tmp_path, left)
+    assert "no data" in texts(methods)
+    assert "A point is missing where nothing was measured." in people.caption
+    for figure in (methods, people):
+        assert "Not all means are of the same people." in figure.caption
+        assert "evaluator's score 2 by GOOD, 1 by No Goals, 0 by No Inference" in figure.caption
+
+
+def test_many_people_go_on_several_figures_and_none_is_lost(tmp_path: Path) -> None:
+    people = [f"person {n:02d}" for n in range(65)]
+    _, *pages = drawn(tmp_path, ablation(people, []))
+    assert [figure.name.rpartition("-")[2] for figure in pages] == ["1", "2", "3"]
+    shown = [text for figure in pages for text in texts(figure) if text in people]
+    assert shown == people
+    assert all("all 65 people" in texts(figure) for figure in pages)
+
+
+def test_long_names_that_differ_at_their_end_can_be_told_apart(tmp_path: Path) -> None:
+    names = [f"a person whose name is as long as a description, {n}" for n in (17, 18)]
+    _, people = drawn(tmp_path, ablation(names, []))
+    shown = [text for text in texts(people) if text.startswith("a person")]
+    assert len({*shown}) == 2
+    assert all(len(text) <= 31 for text in shown)
+
+
+def test_seeds_and_trials_are_told_apart(tmp_path: Path) -> None:
+    cells = ablation(["anna", "ben"], [3.0, 1.0])
+    again = []
+    for spec, result in cells:
+        if spec["kind"] == "episode":
+            other = {**spec, "settings": {**spec["settings"], "seed": 1}}
+            again.append((other, {**result, "score": result["score"] / 2}))
+    methods, _ = drawn(tmp_path, [*cells, *again])
+    assert f"{OVER_TRIALS}; of other scores over seeds" in texts(methods)
+
+
+def test_other_settings_have_figures_of_their_own_that_name_them(tmp_path: Path) -> None:
+    cells = ablation(["anna", "ben"], [])
+    other = []
+    for spec, result in cells:
+        settings = {**spec["settings"], "k": 1, "pipeline": ["act", "infer", "propose", "remove"]}
+        other.append(({**spec, "settings": settings}, result))
+    fill(tmp_path / "r.db", [*cells, *other])
+    (section,) = read_report(tmp_path / "r.db").sections
+    first = [figure for figure in section.figures if figure.name.startswith("methods")]
+    usual = "k 3, pipeline infer > propose > remove > act"
+    assert [any(usual in f.caption for f in first), len(first)] == [True, 2]
+    assert any("k 1, pipeline act > infer > propose > remove" in f.caption for f in first)
+    assert "k: 3, 1" in section.facts
+    told = "pipeline: infer, propose, remove, act; act, infer, propose, remove"
+    assert told in section.facts
+
+
+def test_the_probability_of_the_true_goal_by_turn_is_the_mean_of_the_beliefs(
+    tmp_path: Path,
+) -> None:
+    def cells(n: int) -> list[tuple[dict, dict]]:
+        return [measured(i, 0, 3, **{"role-play": [SURE] * 3}) for i in range(n)]
+
+    (found,) = read_dialogues(cells(12))
+    figure = truth_figure(found)
+    assert figure is not None
+    assert figure.caption.startswith("Probability of the true goal by turn: ")
+    assert [text for text in texts(figure) if text.startswith("n = ")] == ["n = 12"] * 3
+    assert "95 % interval" not in texts(figure)  # all beliefs are the same
+    (short,) = read_dialogues([measured(i, 0, 1, **{"role-play": [SURE]}) for i in range(12)])
+    assert truth_figure(short) is None
+
+
+def test_bands_are_explained_in_the_picture(tmp_path: Path) -> None:
+    (found,) = read_dialogues([dialogue(n) for n in range(12)])
+    figure = truth_figure(found)
+    assert figure is not None
+    assert "95 % interval" in texts(figure)
+    assert "Intervals: 95 %, by a bootstrap" in figure.caption
 
 
 def test_a_change_of_mind_has_a_table_and_a_figure(tmp_path: Path) -> None:

@@ -7,14 +7,22 @@ import os
 import subprocess
 import sys
 import tempfile
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
 
 from fakes import WordModel
+from goalscope.database.tables import CELLS
 from goalscope.experiment import identity, work
 from goalscope.experiment import run as runs
-from goalscope.experiment.plan import EpisodesPart, Experiment, Judge, specs_of
+from goalscope.experiment.plan import (
+    DialoguesPart,
+    EpisodesPart,
+    Experiment,
+    Judge,
+    specs_of,
+)
 from goalscope.experiment.results import Results
 from goalscope.experiment.tables import tables_of
 from goalscope.experiment.work import measure, perform
@@ -218,6 +226,124 @@ def test_a_basket_with_nothing_in_it_cannot_be_bought(fake, tmp_path):
     (spec,) = specs_of(shop(tmp_path, "silent"), None)
     found = measure(spec)
     assert (found["terminated"], found["empty"], found["actions"]) == (False, True, [])
+
+
+GARDEN = Path(__file__).parents[1] / "examples" / "garden.py"
+
+
+def garden_in(folder):
+    for suffix in (".py", ".toml"):
+        (folder / "garden").with_suffix(suffix).write_text(GARDEN.with_suffix(suffix).read_text())
+    part = EpisodesPart(str(folder / "garden.py"), ("kitchen",), methods=("no-goals",), rounds=3)
+    return Experiment("x", episodes=(part,), judge=Judge(trials=2))
+
+
+def test_a_domain_of_ones_own_is_measured_judged_and_told_apart_by_its_file(
+    fake, results, tmp_path
+):
+    plan = garden_in(tmp_path)
+    run(specs_of(plan, None), results, plan)
+    cells = results.cells()
+    assert [(cell.spec["kind"], cell.error) for cell in cells] == [
+        ("episode", None), ("judge", None),
+    ]  # fmt: skip
+    found, judged = cells[0].result, cells[1].spec
+    assert found["possible"] == ["add", "remove", "swap", "finish"]
+    assert {key: judged[key] for key in ("outcome", "actions", "possible")} == {
+        key: found[key] for key in ("outcome", "actions", "possible")
+    }
+    titles = [table.title for table in tables_of(cells)]
+    assert any(title.startswith("Episodes, methods: garden, scripted human") for title in titles)
+    (tmp_path / "garden.py").write_text(f"{GARDEN.read_text()}\n# another one")
+    (again,) = specs_of(plan, None)
+    assert again["files"] != cells[0].spec["files"]
+    with pytest.raises(InvalidInputError, match="have changed since"):
+        measure(cells[0].spec)
+
+
+def test_a_worker_loads_a_domain_of_ones_own(fake, tmp_path, monkeypatch):
+    plan = garden_in(tmp_path)
+    (spec,) = specs_of(plan, None)
+    monkeypatch.setattr("goalscope.domains._OWN", {})
+    with pytest.raises(InvalidInputError, match="only runs if you name it"):
+        measure(spec)
+    assert perform({"spec": spec, "identity": identity.identity_of({})})["rounds"] == 3
+
+
+def test_an_error_in_a_file_of_ones_own_is_told_with_its_line(fake, results, tmp_path):
+    plan = garden_in(tmp_path)
+    text = GARDEN.read_text().replace("        self.things = (TREE,)\n", "        1 / 0\n", 1)
+    (tmp_path / "garden.py").write_text(text)
+    ((_, error, *_),) = run(specs_of(plan, None), results, plan)[1:]
+    assert "garden.py, line" in error
+    assert "ZeroDivisionError" in error
+
+
+OWN = """
+import numpy as np
+from goalscope.calibration import PAPER
+
+
+class Mine:
+    calibration = PAPER
+
+    def __init__(self, model):
+        self.model = model
+
+    def log_likelihood(self, task, goals, turns, *, since=0):
+        rows = [[float(len(g.text) + len(t.utterance)) for g in goals] for t in turns[since:]]
+        return np.array(rows).reshape(len(turns) - since, len(goals))
+
+
+class Transposed(Mine):
+    def log_likelihood(self, task, goals, turns, *, since=0):
+        return super().log_likelihood(task, goals, turns, since=since).T
+"""
+
+
+def test_a_likelihood_of_ones_own_is_the_evidence_of_episodes_and_dialogues(
+    fake, results, tmp_path
+):
+    (tmp_path / "mine.py").write_text(OWN)
+    row = {"id": "a", "task": "t", "goals": ["tea", "coffee"], "true": "tea"}
+    row["turns"] = [{"query": "?", "utterance": "hot"}]
+    (tmp_path / "d.jsonl").write_text(json.dumps(row))
+    (tmp_path / "shop.csv").write_text(SHOP)
+    (tmp_path / "people.toml").write_text(PEOPLE)
+    own = f"{tmp_path / 'mine.py'}:Mine"
+    files = {"people": str(tmp_path / "people.toml"), "catalogue": str(tmp_path / "shop.csv")}
+    plan = Experiment(
+        "x",
+        dialogues=(DialoguesPart(jsonl=str(tmp_path / "d.jsonl"), outright=False, likelihood=own),),
+        episodes=(
+            EpisodesPart(
+                "grocery", ("shopper",), methods=("good",), likelihood=own, rounds=2, **files
+            ),
+        ),
+    )
+    run(specs_of(plan, None), results, plan)
+    dialogue, episode = results.cells()
+    assert (dialogue.error, episode.error) == (None, None)
+    assert dialogue.result["role-play"] == [[6.0, 9.0]]
+    assert dialogue.result["calibration"]["temperature"] == 1.0
+    rounds = results.rounds(episode.result["episode"])
+    for number, each in enumerate(rounds, 1):
+        scored = [float(len(g.text) + len(each.turn.utterance)) for g in each.belief.goals]
+        assert each.belief.log_likelihood[number - 1].tolist() == scored
+    wrong = replace(plan.dialogues[0], likelihood=f"{tmp_path / 'mine.py'}:Transposed")
+    (spec,) = specs_of(Experiment("x", dialogues=(wrong,)), None)
+    with pytest.raises(InvalidInputError, match=r"Transposed.* must return an array of \[1, 3\]"):
+        measure(spec)
+
+
+def test_what_is_measured_is_what_was_planned_whatever_the_file_says(results, fake):
+    assert run(fakes(1), results, Experiment("x"))
+    planned = results.plan(fakes(3))
+    with results.writing() as connection:
+        values = {"spec": json.dumps({"kind": "fake", "n": 99, "model": {}})}
+        connection.execute(CELLS.update().where(CELLS.c.key == planned[1].key).values(values))
+    run(fakes(3), results)
+    assert fake["begun"] == [0, 1, 2]
 
 
 def test_an_episode_writes_no_files_that_a_kill_would_leave_behind(fake, tmp_path, monkeypatch):

@@ -179,3 +179,18 @@ def test_models_that_write_and_score_are_both_named() -> None:
     assert found["methods"].title.endswith("gpt + SmolLM2-135M-Instruct")
     name = "episodes-grocery-scripted-gpt-SmolLM2-135M-Instruct-methods"
     assert found["methods"].name == name
+
+
+@pytest.mark.parametrize(
+    ("heat", "said"), [(0.7, "0.7 (the paper has 0)"), (0, "0, as in the paper")]
+)
+def test_the_notes_say_at_what_temperature_was_judged(heat, said: str) -> None:
+    more = {} if heat == 0.7 else {"temperature": heat}
+    (found,) = episodes_of([*GOOD, *(judge(each, [3.0, 1.5], **more) for each in GOOD)])
+    assert any(f"at temperature {said}." in note for note in found["methods"].notes)
+
+
+def test_an_evaluator_at_another_temperature_is_another_one() -> None:
+    cells = [judge(each, [3.0, 1.5], **more) for each in GOOD for more in ({}, {"temperature": 0})]
+    (found,) = episodes_of([*GOOD, *cells])
+    assert "judge score by judge, temperature 0" in found["methods"].columns

@@ -6,6 +6,7 @@ from collections.abc import Callable, Generator, Iterator, Sequence
 from contextlib import contextmanager
 from copy import copy
 from dataclasses import replace
+from itertools import groupby
 from typing import Any, Literal, cast
 
 from goalscope.belief import Belief
@@ -18,7 +19,7 @@ from goalscope.goals import UNEXPLAINED, GoalManager, Trigger
 from goalscope.guards import UNSURE
 from goalscope.likelihood import Likelihood, RolePlay
 from goalscope.models import Model
-from goalscope.modules import Modules, modules_of
+from goalscope.modules import PIPELINE, Modules, Stage, modules_of, pipeline_of
 from goalscope.orders import TELLING, Order, Reading, is_aside
 from goalscope.picking import Picker
 from goalscope.policy import Guess, Outcome, Want, undo
@@ -37,16 +38,20 @@ from goalscope.types import (
     StepResult,
     Turn,
     UnreadableAnswerError,
+    canonical,
     checked_text,
     pluralize,
 )
 from goalscope.why import in_words
 from goalscope.writer import Recalling, Writer
 
-__all__ = ["NO_ANSWER", "NO_GOAL", "Agent", "Method", "run_episode"]
+__all__ = ["NO_ANSWER", "NO_GOAL", "Agent", "K", "Method", "run_episode"]
 
 Method = Literal["good", "no-goals", "no-inference"]
 """The paper's agent and its ablations (Sec. 4.3); see `Agent`."""
+
+K = 3
+"""Number of goals that an agent acts on (k in Algorithm 1; the paper gives no figure)."""
 
 NO_GOAL = "The goals do not explain the newest words, and no better ones were found."
 """A round's note where a goal is missing."""
@@ -68,7 +73,9 @@ class Agent:
         pick: Finds the thing that a phrase means; by default a `Picker`.
         method: "good", or an ablation of Sec. 4.3: "no-goals" acts on the transcript alone,
             "no-inference" asks the model which goal is likeliest.
-        k: Number of goals to act on.
+        k: Number of likeliest goals to act on and to ask about.
+        pipeline: The order of a round's stages; by default that of Algorithm 1. Each stage works
+            with the belief as the stages before it left it.
         patience: See `GoalManager`.
         propose: See `GoalManager`; "no-inference" always proposes as in the paper.
         likelihood: Evidence of a turn, for "good"; by default the role-play likelihood of `model`.
@@ -81,7 +88,7 @@ class Agent:
             and the goals that came and went.
 
     Raises:
-        InvalidInputError: There is no such method.
+        InvalidInputError: There is no such method or pipeline, or `k` is below 1.
     """
 
     def __init__(
@@ -92,7 +99,8 @@ class Agent:
         reader: Reader | None = None,
         pick: Pick | None = None,
         method: Method = "good",
-        k: int = 3,
+        k: int = K,
+        pipeline: Sequence[Stage] = PIPELINE,
         patience: int = 3,
         propose: Trigger = UNEXPLAINED,
         likelihood: Likelihood | None = None,
@@ -104,7 +112,10 @@ class Agent:
     ) -> None:
         self.env = env
         self.model = model
+        if not (hasattr(k, "__index__") and k >= 1):
+            raise InvalidInputError(f"k must be a whole number, 1 or more, not {k!r}")
         self.k = k
+        self._stages = _grouped(pipeline_of(pipeline))
         self.reader = reader or reader_of(model, env.verbs, task=env.task, examples=env.examples)
         self._pick = pick or Picker(model)
         self._executor = Executor(env, self._pick, unsure)
@@ -211,7 +222,8 @@ class Agent:
         proposed and removed (Goal Management Module). Then the agent acts (Action Module): it
         follows the orders, and where the words tell an aim it plans for the likeliest goals. An
         order waits for a yes if nobody can undo it, if its reading is unsure, if it has a
-        condition, or if an allergy forbids it; the yes counts only in the state that was shown.
+        condition, or if an allergy forbids it; the yes counts only in the state that was shown. The
+        agent's `pipeline` may change the order of these stages.
 
         On an error the agent and its environment stay as they were: the environment is reset and
         its past replayed, which in a simulator takes back even what nobody could undo.
@@ -234,17 +246,27 @@ class Agent:
             )
         with self._all_or_nothing():
             reading, unread = self._read(turn)
-            changes, unexplained = self._infer(turn, reading)
             round = Round(
                 number=len(self.rounds) + 1,
                 turn=turn,
                 belief=self.belief,
-                changes=(*self._corrections, *changes),
+                changes=tuple(self._corrections),
                 reading=reading,
             )
-            self._understood(round)
-            done = self._executor.execute(self.rounds, turn, reading, confirmed=bool(confirmed))
-            outcome = self._plan(turn, reading, done)
+            done, outcome = Execution(turn, reading), Outcome()
+            unexplained: list[str] = []
+            known = bool(self._stated)
+            for stages in self._stages:
+                if "act" in stages:
+                    self._understood(round)
+                    done = self._executor.execute(
+                        self.rounds, turn, reading, confirmed=bool(confirmed)
+                    )
+                    outcome = self._plan(turn, reading, done)
+                    continue
+                changes, notes = self._think(stages, turn, reading, round.changes, known)
+                round = replace(round, belief=self.belief, changes=(*round.changes, *changes))
+                unexplained += notes
             round = replace(
                 round,
                 results=(*done.results, *outcome.results),
@@ -341,7 +363,8 @@ class Agent:
     def _read(self, turn: Turn) -> tuple[Reading, list[str]]:
         """The reading of a turn; where the model wrote none, an empty one and a note that says so.
 
-        The phrase that ends the task is no answer to the question before it.
+        The phrase that ends the task is no answer to the question before it. Said alone, it is
+        the order to end the task, as the environment declares, however the model reads it.
         """
         self._progress("reading")
         before = [
@@ -349,6 +372,7 @@ class Agent:
             for each in self.rounds
             if each.reading
         ]
+        unread: list[str] = []
         try:
             reading = self.reader.read(
                 turn.utterance,
@@ -357,14 +381,32 @@ class Agent:
                 names=[self.env.status()],
             )
         except UnreadableAnswerError as error:
-            return Reading((Order("none"),)), [str(error)]
-        return reading, []
+            reading, unread = Reading((Order("none"),)), [str(error)]
+        ends = [verb.name for verb in self.env.verbs if verb.ends]
+        told = canonical(turn.utterance) == canonical(self.env.completion_phrase)
+        if told and ends and not any(map(reading.tells, ends)):
+            return Reading((Order(ends[0]),)), []
+        return reading, unread
 
-    def _infer(self, turn: Turn, reading: Reading) -> tuple[list[GoalChange], list[str]]:
-        """Update the belief (Eq. 1), then propose and remove goals (Sec. 3.2).
+    def _think(
+        self,
+        stages: Sequence[Stage],
+        turn: Turn,
+        reading: Reading,
+        corrections: Sequence[GoalChange],
+        known: bool,
+    ) -> tuple[list[GoalChange], list[str]]:
+        """Update the belief (Eq. 1), or propose and remove goals (Sec. 3.2).
 
         Goals are proposed where the words tell an aim, or may tell one: orders do as long as no
-        goal is known, and so do words that ask for nothing.
+        goal is `known`, and so do words that ask for nothing.
+
+        Args:
+            stages: What to do.
+            turn: The newest one.
+            reading: Its reading.
+            corrections: All changes since the last round.
+            known: Whether there was a goal before this round.
 
         Returns:
             What has changed, and notes on what could not be explained.
@@ -372,20 +414,23 @@ class Agent:
         tracker = self.tracker
         if tracker is None:
             return [], []
-        known = bool(self._stated)
-        self._progress(f"scoring {pluralize(len(tracker.belief.goals), 'goal')}")
-        if isinstance(tracker, GoalTracker):
-            weight = _weight(reading, tracker.belief.calibration)
-            tracker.observe(turn.query, turn.utterance, weight=weight)
-        else:
-            tracker.observe(turn)
+        if "infer" in stages:
+            self._progress(f"scoring {pluralize(len(tracker.belief.goals), 'goal')}")
+            if isinstance(tracker, GoalTracker):
+                weight = _weight(reading, tracker.belief.calibration)
+                tracker.observe(turn.query, turn.utterance, weight=weight)
+            else:
+                tracker.observe(turn)
+            return [], []
         orders = acting(reading.orders)
         aims = reading.tells("aim") or (reading.only_tells and not (known and reading.says_nothing))
         try:
             changes, missing = tracker.manage(
                 self.goals,
                 self.rounds,
-                self._corrections,
+                corrections,
+                stages=cast("Sequence[Literal['propose', 'remove']]", stages),
+                unobserved=None if len(tracker.turns) > len(self.rounds) else turn,
                 propose=aims or (bool(orders) and not known),
                 anew=reading.tells("aim")
                 and any(each.reading and each.reading.tells("aim") for each in self.rounds),
@@ -440,6 +485,12 @@ class Agent:
         asked = any(each.do == "ask" and not (each.what or each.where) for each in reading.orders)
         if asked and isinstance(self.tracker, GoalTracker):
             yield in_words(self.tracker.belief, self.tracker.turns)
+
+
+def _grouped(pipeline: Sequence[Stage]) -> list[tuple[Stage, ...]]:
+    """The stages in their order; "propose" and "remove" are one step if they are neighbours."""
+    managing = groupby(pipeline, lambda each: "" if each in ("propose", "remove") else each)
+    return [tuple(stages) for _, stages in managing]
 
 
 def _by_goal(guessed: Sequence[Guess]) -> str:

@@ -6,20 +6,21 @@ import importlib.util
 import os
 import sys
 import traceback
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
 from functools import lru_cache
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal, get_args
 
-from goalscope.agent import Method
+from goalscope.agent import K, Method
 from goalscope.envs import Environment, missing
 from goalscope.goals import UNEXPLAINED, Trigger
 from goalscope.habits import Habit
-from goalscope.likelihood import DEFAULT_LAYOUT, Layout, RolePlay
-from goalscope.models import Model
-from goalscope.modules import Module, Modules, modules_of
+from goalscope.likelihood import DEFAULT_LAYOUT, Layout, Likelihood, RolePlay
+from goalscope.models import LikelihoodModel, Model
+from goalscope.modules import PIPELINE, Module, Modules, Stage, modules_of
 from goalscope.reader import check_verbs
+from goalscope.tracker import calibration_of, unusable
 from goalscope.types import TRACKING, InvalidInputError, Profile
 
 if TYPE_CHECKING:
@@ -30,13 +31,15 @@ __all__ = [
     "Domain",
     "Settings",
     "failure_in",
+    "likelihood_for",
     "load_domain",
+    "load_likelihood",
     "modules_for",
     "open_environment",
+    "own_likelihood",
     "possible_actions",
     "profile_named",
     "profiles_of",
-    "roleplay_of",
     "settings_of",
 ]
 
@@ -67,10 +70,13 @@ class Settings:
         scene: Name or file of the house's scene; None for the profile's, or the first.
         simulator: The embedded house, or AI2-THOR ("thor").
         unity: Program that AI2-THOR starts; None for its own build.
-        layout: See `Agent`, as for the next one.
+        likelihood: A likelihood of one's own (see `load_likelihood`); None for the role-play one.
+        layout: Where the role-play prompt states the goal; None for the default place.
         end_of_turn: Whether the end of the utterance is scored.
         calibration: Name or file of one; None for that of `Agent`.
-        propose: See `Agent`.
+        propose: See `Agent`, as for the next two.
+        k: Number of goals to act on.
+        pipeline: The order of a round's stages.
         prompted: Modules that use the paper's prompts, whatever the model was taught.
         seed: Seed of all random draws.
         rounds: Most rounds.
@@ -90,10 +96,13 @@ class Settings:
     scene: str | None = None
     simulator: Literal["house", "thor"] = "house"
     unity: str | None = None
+    likelihood: str | None = None
     layout: Layout | None = None
     end_of_turn: bool = False
     calibration: str | None = None
     propose: Trigger = UNEXPLAINED
+    k: int = K
+    pipeline: tuple[Stage, ...] = PIPELINE
     prompted: tuple[Module, ...] = ()
     seed: int = 0
     rounds: int = 100
@@ -103,6 +112,7 @@ def settings_of(stored: Mapping[str, Any]) -> Settings:
     """The settings that an episode was stored with, without those of tracking."""
     given: dict[str, Any] = {key: value for key, value in stored.items() if key != TRACKING}
     given["prompted"] = tuple(given.get("prompted", ()))
+    given["pipeline"] = tuple(given.get("pipeline", PIPELINE))
     return Settings(**given)
 
 
@@ -122,20 +132,49 @@ def load_domain(name: str) -> str:
     if name in get_args(Domain):
         return name
     path = Path(name).absolute()
-    spec = importlib.util.spec_from_file_location(f"goalscope_domain_{path.stem}", path)
-    if not path.is_file() or spec is None or spec.loader is None:
+    if not (path.is_file() and path.suffix == ".py"):
         raise InvalidInputError(
             f'A domain must be "grocery", "house" or an existing Python file (.py), not {name!r}.'
         )
+    return _loaded(path, ("open_environment", "load_profiles"))
+
+
+def load_likelihood(name: str) -> str:
+    """Make a likelihood of one's own known to this process; returns its name for `Settings`.
+
+    The file is run. A file that only a stored episode names is never run.
+
+    Args:
+        name: "FILE.py:NAME", a file of Python and a function or class in it, which is called with
+            the model and returns a `Likelihood`.
+
+    Raises:
+        InvalidInputError: There is no such file or function, or the file cannot be run.
+    """
+    file, _, function = name.rpartition(":")
+    path = Path(file).absolute()
+    if not (path.is_file() and path.suffix == ".py" and function.isidentifier()):
+        raise InvalidInputError(
+            "A likelihood is an existing Python file and the function in it that makes the "
+            f"likelihood, such as mine.py:Mine, not {name!r}."
+        )
+    return f"{_loaded(path, (function,))}:{function}"
+
+
+def _loaded(path: Path, functions: tuple[str, ...]) -> str:
+    """Run a file of Python that has these functions; returns its full path."""
+    spec = importlib.util.spec_from_file_location(f"goalscope_own_{path.stem}", path)
+    if spec is None or spec.loader is None:
+        raise InvalidInputError(f"{path} is no file of Python.")
     module = sys.modules[spec.name] = importlib.util.module_from_spec(spec)
     try:
         spec.loader.exec_module(module)
     except (Exception, SystemExit) as error:  # whatever it runs into
         del sys.modules[spec.name]
-        raise InvalidInputError(f"{name}{_where(error, path)}. Fix the file.") from error
-    for function in ("open_environment", "load_profiles"):
+        raise InvalidInputError(f"{path}{_where(error, path)}. Fix the file.") from error
+    for function in functions:
         if not callable(getattr(module, function, None)):
-            raise InvalidInputError(f"{name}: the function {function} is missing.")
+            raise InvalidInputError(f"{path}: the function {function} is missing.")
     _OWN[str(path)] = module
     return str(path)
 
@@ -164,14 +203,15 @@ def failure_in(error: BaseException) -> str:
 _OWN: dict[str, Any] = {}
 
 
-def _own(domain: str) -> Any:
-    """The module of a domain that is a file."""
-    if domain not in _OWN:
+def _own(file: str) -> Any:
+    """The module of a domain or likelihood that is a file."""
+    if file not in _OWN:
         raise InvalidInputError(
-            f"The domain {domain} is a Python file, which only runs if you name it on the "
-            "command line, such as `goalscope chat FILE.py --resume ID`."
+            f"{file} is a Python file, which only runs if you name it on the command line, such as "
+            "`goalscope chat FILE.py --resume ID`, or `goalscope chat --likelihood FILE.py:NAME "
+            "--resume ID`."
         )
-    return _OWN[domain]
+    return _OWN[file]
 
 
 def open_environment(settings: Settings, profile: Profile | None = None) -> Environment:
@@ -241,10 +281,27 @@ def modules_for(settings: Settings, model: Model) -> Modules:
     return replace(found, planner=own(model, settings.seed)) if own else found
 
 
-def roleplay_of(settings: Settings, model: Model) -> RolePlay:
-    """The role-play likelihood of an episode."""
+def likelihood_for(settings: Settings, model: LikelihoodModel) -> Likelihood:
+    """The likelihood of an episode."""
+    if settings.likelihood:
+        return own_likelihood(settings.likelihood, model)
     layout = settings.layout or DEFAULT_LAYOUT
     return RolePlay(model, layout=layout, end_of_turn=settings.end_of_turn)
+
+
+def own_likelihood(name: str, model: LikelihoodModel) -> Likelihood:
+    """The likelihood of a file that `load_likelihood` has run.
+
+    Raises:
+        InvalidInputError: It was not run, or returns no likelihood.
+    """
+    file, _, function = name.rpartition(":")
+    make: Callable[[LikelihoodModel], Likelihood] = getattr(_own(file), function)
+    found = make(model)
+    if wrong := unusable(found):
+        raise InvalidInputError(f"{name} must return a likelihood: {wrong}.")
+    calibration_of(found)
+    return found
 
 
 def profiles_of(settings: Settings) -> tuple[Profile, ...]:

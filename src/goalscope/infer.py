@@ -15,6 +15,7 @@ from goalscope.calibration import Calibration
 from goalscope.datasets.jsonl import Dialogue, read_dialogues
 from goalscope.likelihood import Likelihood
 from goalscope.models.opening import forget
+from goalscope.tracker import evidence_of
 from goalscope.types import UNSPECIFIED, GoalscopeError, InvalidInputError
 
 __all__ = ["Dialogue", "infer", "read_dialogues", "trim_output"]
@@ -85,9 +86,8 @@ def infer(
     for dialogue in dialogues:
         forget(getattr(likelihood, "model", None))  # so that a resumed run scores the same
         try:
-            table = likelihood.log_likelihood(
-                dialogue.task, [*dialogue.goals, UNSPECIFIED], dialogue.turns
-            )
+            goals = [*dialogue.goals, UNSPECIFIED]
+            table = evidence_of(likelihood, dialogue.task, goals, dialogue.turns)
         except InvalidInputError as error:
             raise InvalidInputError(f"{dialogue.row.label}: {error}") from error
         way = calibration or likelihood.calibration

@@ -22,8 +22,9 @@ SCORES = tuple(n / 4 for n in range(13))
 """Every score that there is: 0, the least reasonable, to 3 in quarters."""
 
 JUDGE_TEMPERATURE = 0.7
-"""What trials are sampled at. At the paper's 0 all trials are one, but for a server's noise, and
-their spread would say nothing about how sure the evaluator is."""
+"""What trials are sampled at by default. The paper has 0, where a model in this process always
+answers the same and a server nearly so: the spread of trials then does not say how sure the
+evaluator is."""
 
 _LONGEST = 1000  # characters that are kept of what a model wrote
 _ROOM = 512  # tokens of a verdict
@@ -79,9 +80,9 @@ def judge(
         actions: Every action that stands, in order; none to show the final state alone.
         possible: Names of all actions that the agent can take.
         empty: Whether nothing was achieved, whatever `outcome` says of it.
-        trials: How often to ask; at temperature 0 it is asked once, as all answers are the same.
+        trials: How often to ask, at any temperature.
         seed: Seed of the trials: as many with another seed are all others.
-        temperature: What is sampled at.
+        temperature: What is sampled at; the paper has 0.
 
     Raises:
         ModelError: The model failed, or the prompt does not fit. A reply that came and cannot be
@@ -89,9 +90,8 @@ def judge(
     """
     if trials < 1:
         raise InvalidInputError(f"An outcome is scored in at least 1 trial, not {trials}.")
-    count = trials if temperature > 0 else 1
     if empty or not (outcome.strip() or actions):
-        return [Trial(0.0, "Nothing was achieved; the model was not asked.")] * count
+        return [Trial(0.0, "Nothing was achieved; the model was not asked.")] * trials
     prompt = render(
         "judge",
         task=task,
@@ -100,7 +100,7 @@ def judge(
         actions=actions,
         possible=possible,
     )
-    return [_ask(generator, prompt, temperature, seed * trials + n) for n in range(count)]
+    return [_ask(generator, prompt, temperature, seed * trials + n) for n in range(trials)]
 
 
 def _ask(generator: Generator, prompt: Sequence[Message], temperature: float, seed: int) -> Trial:

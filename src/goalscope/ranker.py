@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Collection, Sequence
+from typing import Literal
 
 from goalscope.episode import Round
 from goalscope.goals import GoalManager, incomplete
@@ -50,6 +51,8 @@ class Ranker:
         *,
         propose: bool,
         anew: bool,
+        stages: Sequence[Literal["propose", "remove"]] = ("propose", "remove"),
+        unobserved: Turn | None = None,
         progress: Callable[[str], None],
     ) -> tuple[list[GoalChange], bool]:
         """Propose goals if Unspecified is the likeliest, and remove unfit ones.
@@ -57,23 +60,32 @@ class Ranker:
         See `GoalTracker.manage` for the arguments, the value and the errors.
         """
         before = self.belief
-        missing = propose and incomplete(before, goals.propose)
-        added: list[GoalChange] = []
+        turns = [*self.turns, unobserved] if unobserved else self.turns
+        changes: list[GoalChange] = []
+        unexplained = False
         try:
-            if missing or (propose and anew):
-                progress("proposing goals")
-                past = [*(change for round in rounds for change in round.changes), *corrections]
-                added = goals.added(None, before, self.turns, past)
-                new = (change.goal for change in added)
-                self.belief = self._ranked([*before.goals, *new], self.turns)
-            progress("checking goals")
-            past_rankings = [each.belief for each in rounds if isinstance(each.belief, Ranking)]
-            removed = goals.removed([*past_rankings, self.belief], self.turns)
+            for stage in stages:
+                if stage == "remove":
+                    progress("checking goals")
+                    earlier = rounds[:-1] if unobserved else rounds
+                    rankings = [each.belief for each in earlier if isinstance(each.belief, Ranking)]
+                    found = goals.removed([*rankings, self.belief], turns)
+                    self.belief = self.belief.drop(change.goal for change in found)
+                    changes += found
+                    continue
+                missing = propose and incomplete(self.belief, goals.propose)
+                if missing or (propose and anew):
+                    progress("proposing goals")
+                    past = [change for round in rounds for change in round.changes]
+                    found = goals.added(None, self.belief, turns, [*past, *corrections, *changes])
+                    new = (change.goal for change in found)
+                    self.belief = self._ranked([*self.belief.goals, *new], turns)
+                    changes += found
+                    unexplained = missing and not found
         except BaseException:
             self.belief = before
             raise
-        self.belief = self.belief.drop(change.goal for change in removed)
-        return [*added, *removed], missing and not added
+        return changes, unexplained
 
     def _ranked(self, goals: Collection[Goal], turns: Sequence[Turn]) -> Ranking:
         support = tuple(goals)

@@ -15,10 +15,10 @@ from goalscope.dialog import ConsoleHuman, Human, ScriptedHuman, SimulatedHuman
 from goalscope.domains import (
     Domain,
     Settings,
+    likelihood_for,
     modules_for,
     profile_named,
     profiles_of,
-    roleplay_of,
     settings_of,
 )
 from goalscope.envs import Environment, met_checks
@@ -34,9 +34,11 @@ __all__ = ["Session", "more_rounds", "resuming", "saved_settings"]
 
 
 def resuming(info: EpisodeInfo) -> str:
-    """The command that resumes an episode; a domain that is a file must be named again."""
+    """The command that resumes an episode; Python files of one's own must be named again."""
     own = [] if info.domain in get_args(Domain) else [info.domain]
-    return shlex.join(["goalscope", "chat", *own, "--resume", info.id])
+    likelihood = info.settings.get("likelihood")
+    named = ["--likelihood", str(likelihood)] if likelihood else []
+    return shlex.join(["goalscope", "chat", *own, *named, "--resume", info.id])
 
 
 def more_rounds(info: EpisodeInfo, rounds: int) -> str:
@@ -121,9 +123,11 @@ class Session:
             env,
             model,
             method=settings.method,
-            likelihood=roleplay_of(settings, model) if settings.method == "good" else None,
+            likelihood=likelihood_for(settings, model) if settings.method == "good" else None,
             calibration=calibration_named(settings.calibration) if settings.calibration else None,
             propose=settings.propose,
+            k=settings.k,
+            pipeline=settings.pipeline,
             modules=modules_for(settings, model),
             progress=progress,
             understood=understood,

@@ -33,7 +33,7 @@ from goalscope.types import (
     readable,
 )
 
-__all__ = ["Correction", "GoalTracker"]
+__all__ = ["Correction", "GoalTracker", "calibration_of", "evidence_of", "unusable"]
 
 Correction = Literal["pin", "veto", "reword"]
 """How a person corrects the goals; see `GoalTracker.correct`."""
@@ -95,7 +95,7 @@ class GoalTracker:
             )
         if model is not None and (wrong := _wrong(model)):
             raise InvalidInputError(f"The model {model_name(model)} cannot be used: {wrong}.")
-        if likelihood is not None and (wrong := _unusable(likelihood)):
+        if likelihood is not None and (wrong := unusable(likelihood)):
             raise InvalidInputError(f"The likelihood {likelihood!r} cannot be used: {wrong}.")
         self.task = checked_text(task, "task")
         support = [UNSPECIFIED] if include_unspecified else []
@@ -104,7 +104,7 @@ class GoalTracker:
         self.likelihood = likelihood or RolePlay(model or embedded_scorer())
         self._busy = RLock()
         self.turns: list[Turn] = []
-        self.belief = Belief.uniform(given, named or _calibration_of(self.likelihood))
+        self.belief = Belief.uniform(given, named or calibration_of(self.likelihood))
 
     def __getstate__(self) -> dict[str, Any]:
         """All but the lock; a copy gets its own."""
@@ -174,15 +174,7 @@ class GoalTracker:
         Raises:
             InvalidInputError: The likelihood returned something else.
         """
-        found = self.likelihood.log_likelihood(self.task, goals, turns, since=since)
-        expected = (len(turns) - since, len(goals))
-        shape = getattr(found, "shape", type(found).__name__)
-        if shape != expected:
-            raise InvalidInputError(
-                f"{type(self.likelihood).__name__}.log_likelihood must return an array of "
-                f"{list(expected)} (turns from `since` on, goals), not {shape}."
-            )
-        return found
+        return evidence_of(self.likelihood, self.task, goals, turns, since=since)
 
     @_synchronized
     def drop(self, goals: Iterable[str | Goal]) -> Belief:
@@ -365,6 +357,8 @@ class GoalTracker:
         propose: bool = True,
         anew: bool = False,
         most: int | None = None,
+        stages: Sequence[Literal["propose", "remove"]] = ("propose", "remove"),
+        unobserved: Turn | None = None,
         progress: Callable[[str], None] = lambda _: None,
     ) -> tuple[list[GoalChange], bool]:
         """After a turn, propose goals if none explains the words, and remove unfit ones (Sec. 3.2).
@@ -372,12 +366,15 @@ class GoalTracker:
         Args:
             goals: Proposes and removes.
             rounds: All rounds before this turn.
-            corrections: The person's corrections since the last of them.
+            corrections: All changes since the last of them.
             given: Goals to keep.
             propose: Whether goals may be proposed.
             anew: Whether goals are proposed even if one explains the words. A person who tells a
                 new aim may name the old one, too, which then explains the words.
             most: Largest number of goals.
+            stages: What to do, in this order.
+            unobserved: The turn, if it has not been observed yet. Goals are proposed from it, but
+                the belief decides without it whether they are needed.
             progress: Called with what is done next.
 
         Returns:
@@ -388,27 +385,69 @@ class GoalTracker:
         """
         before = self.belief
         since = made_from([round.changes for round in rounds])
-        added: list[GoalChange] = []
-        missing = propose and incomplete(self.belief, goals.propose, since=since)
-        if missing or (propose and anew):
-            progress("proposing goals")
-            past = [*(change for round in rounds for change in round.changes), *corrections]
-            added = goals.added(self.likelihood, self.belief, self.turns, past)
-            if most is not None:
-                del added[max(0, most - len(self.belief.goals)) :]
-            self._add([change.goal for change in added])
-        progress("checking goals")
-        beliefs = [*(round.belief for round in rounds if round.belief), self.belief]
+        turns = [*self.turns, unobserved] if unobserved else self.turns
+        changes: list[GoalChange] = []
+        unexplained = False
         try:
-            removed = goals.removed(beliefs, self.turns, given=given)
+            for stage in stages:
+                if stage == "remove":
+                    progress("checking goals")
+                    earlier = rounds[:-1] if unobserved else rounds
+                    beliefs = [*(each.belief for each in earlier if each.belief), self.belief]
+                    found = goals.removed(beliefs, turns, given=given)
+                    self.drop(change.goal for change in found)
+                    changes += found
+                    continue
+                missing = propose and incomplete(self.belief, goals.propose, since=since)
+                if missing or (propose and anew):
+                    progress("proposing goals")
+                    past = [change for round in rounds for change in round.changes]
+                    past += [*corrections, *changes]
+                    found = goals.added(self.likelihood, self.belief, turns, past)
+                    if most is not None:
+                        del found[max(0, most - len(self.belief.goals)) :]
+                    self._add([change.goal for change in found])
+                    changes += found
+                    unexplained = missing and not found
         except BaseException:
             self.belief = before
             raise
-        self.drop(change.goal for change in removed)
-        return [*added, *removed], missing and not added
+        return changes, unexplained
 
 
-def _unusable(likelihood: object) -> str:
+def evidence_of(
+    likelihood: Likelihood,
+    task: str,
+    goals: Sequence[Goal],
+    turns: Sequence[Turn],
+    *,
+    since: int = 0,
+) -> Array:
+    """[T - since, G] evidence in nats, from any likelihood.
+
+    Raises:
+        InvalidInputError: The likelihood returned something else.
+    """
+    found = likelihood.log_likelihood(task, goals, turns, since=since)
+    expected = (len(turns) - since, len(goals))
+    shape = getattr(found, "shape", type(found).__name__)
+    if shape != expected:
+        raise InvalidInputError(
+            f"{type(likelihood).__name__}.log_likelihood must return an array of "
+            f"{list(expected)} (turns from `since` on, goals), not {shape}."
+        )
+    table = np.asarray(found, dtype=np.float64)
+    wrong = np.isnan(table) | np.isposinf(table)
+    if wrong.any():
+        goal = goals[int(wrong.any(axis=0).argmax())]
+        raise InvalidInputError(
+            f"{type(likelihood).__name__}.log_likelihood must return numbers in nats, or -inf for "
+            f"what is impossible, not {table[wrong][0]} for {goal.text!r}."
+        )
+    return table
+
+
+def unusable(likelihood: object) -> str:
     """Why a user's own likelihood cannot be used; empty if it can."""
     if isinstance(likelihood, type):
         return f"it is a class; give an instance, {likelihood.__name__}(...)"
@@ -417,7 +456,12 @@ def _unusable(likelihood: object) -> str:
     return ""
 
 
-def _calibration_of(likelihood: Likelihood) -> Calibration:
+def calibration_of(likelihood: Likelihood) -> Calibration:
+    """The calibration of any likelihood.
+
+    Raises:
+        InvalidInputError: It has none.
+    """
     found = cast("object", getattr(likelihood, "calibration", None))
     if not isinstance(found, Calibration):
         raise InvalidInputError(

@@ -12,7 +12,7 @@ from goalscope.advice import Advice, Advised, advised
 from goalscope.belief import Belief
 from goalscope.calibration import DEFAULT
 from goalscope.calibrations import calibration_named
-from goalscope.domains import Settings, roleplay_of, settings_of
+from goalscope.domains import Settings, likelihood_for, settings_of
 from goalscope.episode import Round
 from goalscope.goals import GoalManager, made_from
 from goalscope.models import Model, model_name
@@ -172,7 +172,7 @@ class Trackers:
         task = checked_text(task, "task", MAX_TEXT)
         with self._lock:
             model = self._model()
-            likelihood = roleplay_of(settings, model)
+            likelihood = likelihood_for(settings, model)
             tracker = GoalTracker(task=task, likelihood=likelihood)
             given = _new(tracker.belief, goals)
             tracker.add(given)  # refuses goals with too many tokens
@@ -363,7 +363,7 @@ class Trackers:
                 f"This session uses the model {session.info.model}, not {model_name(model)}. "
                 "Open another one."
             )
-        likelihood = roleplay_of(settings_of(session.info.settings), model)
+        likelihood = likelihood_for(settings_of(session.info.settings), model)
         tracker = GoalTracker(task=session.task, likelihood=likelihood)
         tracker.belief, tracker.turns = session.belief, [*session.turns]
         return model, tracker

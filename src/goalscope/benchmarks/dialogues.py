@@ -8,32 +8,38 @@ from typing import Any
 from goalscope.benchmarks.baselines import bm25, embedding, outright, tfidf
 from goalscope.datasets import Case, said_key
 from goalscope.datasets.goal_sets import goal_key
-from goalscope.likelihood import Layout, RolePlay
+from goalscope.likelihood import Layout, Likelihood, RolePlay
 from goalscope.models import OpenModel
 from goalscope.models.adapters import FITTED_DIALOGUES, FITTED_GOALS
 from goalscope.models.opening import parts
+from goalscope.tracker import evidence_of
 from goalscope.types import UNSPECIFIED
 
 __all__ = ["measure_dialogue", "measure_evidence"]
 
 
 def measure_evidence(
-    model: OpenModel, case: Case, *, layout: Layout, end_of_turn: bool = False
+    model: OpenModel,
+    case: Case,
+    *,
+    layout: Layout,
+    end_of_turn: bool = False,
+    likelihood: Likelihood | None = None,
 ) -> dict[str, Any]:
-    """Evidence for each goal from each turn.
+    """Evidence for each goal from each turn, by the role-play likelihood or another one.
 
     Returns:
         `role-play` [T, G] log-likelihoods in nats, turn by turn; `unspecified` [T], the same
         without a goal; `calibration`, how they become probabilities; `window`, the first turn that
         the model could still read at the end.
     """
-    roleplay = RolePlay(model, layout=layout, end_of_turn=end_of_turn)
-    table = roleplay.log_likelihood(case.task, [*case.goals, UNSPECIFIED], case.turns)
+    scorer = likelihood or RolePlay(model, layout=layout, end_of_turn=end_of_turn)
+    table = evidence_of(scorer, case.task, [*case.goals, UNSPECIFIED], case.turns)
     return {
         "role-play": table[:, :-1].tolist(),
         "unspecified": table[:, -1].tolist(),
-        "calibration": asdict(roleplay.calibration),
-        "window": roleplay.window(case.task, case.turns),
+        "calibration": asdict(scorer.calibration),
+        "window": scorer.window(case.task, case.turns) if isinstance(scorer, RolePlay) else 0,
     }
 
 
@@ -43,6 +49,7 @@ def measure_dialogue(
     *,
     layout: Layout,
     end_of_turn: bool = False,
+    likelihood: Likelihood | None = None,
     ask_outright: bool = True,
 ) -> dict[str, Any]:
     """Evidence for each goal after each turn, by every way.
@@ -54,7 +61,9 @@ def measure_dialogue(
         words; None where no adapter tells.
     """
     result: dict[str, Any] = {
-        **measure_evidence(model, case, layout=layout, end_of_turn=end_of_turn),
+        **measure_evidence(
+            model, case, layout=layout, end_of_turn=end_of_turn, likelihood=likelihood
+        ),
         "tfidf": tfidf(case.goals, case.turns).tolist(),
         "bm25": bm25(case.goals, case.turns).tolist(),
         "embedding": embedding(case.goals, case.turns).tolist(),

@@ -326,11 +326,14 @@ def _refuse_other_options(context: typer.Context, info: EpisodeInfo) -> None:
     Raises:
         InvalidInputError: One is given.
     """
-    from goalscope.domains import load_domain
+    from goalscope.domains import load_domain, load_likelihood
 
     free = ["resume", "rounds", "picture", "store"]
     if load_domain(context.params["domain"]) == info.domain:
         free.append("domain")
+    likelihood = context.params["likelihood"]
+    if likelihood and load_likelihood(likelihood) == info.settings.get("likelihood"):
+        free.append("likelihood")
     given = [
         each.opts[0]
         for each in context.command.params

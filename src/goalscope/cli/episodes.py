@@ -228,12 +228,19 @@ def _word_evidence(
     info: EpisodeInfo, belief: Belief, turns: list[Turn], goal: Goal
 ) -> list[list[tuple[str, float]]]:
     """Print the evidence of each word of each turn."""
-    from goalscope.domains import roleplay_of, settings_of
+    from goalscope.domains import likelihood_for, settings_of
+    from goalscope.likelihood import RolePlay
     from goalscope.why import word_evidence
 
     settings = settings_of(info.settings)
+    if settings.likelihood:
+        raise InvalidInputError(
+            f"The likelihood {settings.likelihood} scores whole utterances, not words. Leave out "
+            "--words."
+        )
     with settings_model(settings) as engine:
-        likelihood = roleplay_of(settings, engine)
+        likelihood = likelihood_for(settings, engine)
+        assert isinstance(likelihood, RolePlay)
         return [
             word_evidence(likelihood, info.task, belief, turns[:end], goal)
             for end in range(1, len(turns) + 1)

@@ -277,6 +277,9 @@ def _run(
         planned = kept.planned(specs)
         cells = kept.planned([*specs, *judging(plan, planned)])
         show_tables([*tables_of(cells), *first_attempts(cells)], as_json)
+    if done and not as_json:
+        drawing = shlex.join(["goalscope", "report", str(path)])
+        typer.echo(f"Figures: {drawing} draws them.", err=True)
     if failed:
         raise GoalscopeError(
             f"{len(failed)} of {pluralize(total, 'cell')} failed, for example: {failed[0]} "

@@ -15,7 +15,9 @@ from goalscope.cli.options import (
     EndOfTurn,
     Layout,
     Model,
+    OwnLikelihood,
     Tokenizer,
+    check_likelihood,
 )
 from goalscope.cli.terminal import console, model_names, opened_model, progress
 from goalscope.types import InvalidInputError, pluralize
@@ -34,6 +36,7 @@ def infer(
     tokenizer: Tokenizer = None,
     adapter: Adapter = None,
     calls: Calls = None,
+    likelihood: OwnLikelihood = None,
     layout: Layout = None,
     end_of_turn: EndOfTurn = False,
     calibration: CalibrationName = None,
@@ -51,11 +54,12 @@ def infer(
     from hashlib import sha256
 
     from goalscope.calibrations import calibration_named
-    from goalscope.experiment.identity import own_identity
+    from goalscope.domains import Settings, likelihood_for, load_likelihood
+    from goalscope.experiment.identity import hashes_of, own_identity
     from goalscope.experiment.locking import sole
     from goalscope.infer import infer as infer_dialogues
     from goalscope.infer import read_dialogues, trim_output
-    from goalscope.likelihood import DEFAULT_LAYOUT, RolePlay
+    from goalscope.likelihood import RolePlay
     from goalscope.models.opening import parts
     from goalscope.safe_text import model_shown, terminal_safe
 
@@ -63,31 +67,37 @@ def infer(
         raise InvalidInputError(
             f"There is no folder {out.parent}. Create it, or name another file."
         )
+    check_likelihood(likelihood, layout, end_of_turn)
     given = calibration_named(calibration) if calibration else None
+    own = load_likelihood(likelihood) if likelihood else None
+    chosen = Settings(likelihood=own, layout=layout, end_of_turn=end_of_turn)
     dialogues = read_dialogues(file)
     cut: list[str | int] = []
     names = model_names(model, tokenizer=tokenizer, adapter=adapter)
     with opened_model(names, calls) as engine:
-        likelihood = RolePlay(engine, layout=layout or DEFAULT_LAYOUT, end_of_turn=end_of_turn)
+        evidence = likelihood_for(chosen, engine)
         scorer: Any = parts(engine)[1]
         settings = {
             "model": model_shown(engine.name),
             "adapter": getattr(scorer, "adapter_metadata", {}).get("general.name"),
             "weights": sha256(scorer.fingerprint.encode()).hexdigest()[:12],
             **own_identity(),
-            "layout": likelihood.layout,
+            "layout": evidence.layout if isinstance(evidence, RolePlay) else None,
             "end_of_turn": end_of_turn,
-            "calibration": json.loads(json.dumps(asdict(given or likelihood.calibration))),
+            "calibration": json.loads(json.dumps(asdict(given or evidence.calibration))),
+            **({"likelihood": {own: hashes_of(chosen)["likelihood"]}} if own else {}),
         }
         with sole(out):
             left = trim_output(out, dialogues, settings)
             done = len(dialogues) - len(left)
             with progress("Dialogues") as show:
                 show(done, len(dialogues))
-                for dialogue in infer_dialogues(left, out, likelihood, settings, given):
+                for dialogue in infer_dialogues(left, out, evidence, settings, given):
                     done += 1
                     show(done, len(dialogues))
-                    if likelihood.window(dialogue.task, dialogue.turns):
+                    if isinstance(evidence, RolePlay) and evidence.window(
+                        dialogue.task, dialogue.turns
+                    ):
                         cut.append(dialogue.id)
     if cut:
         console(stderr=True).print(

@@ -29,6 +29,7 @@ __all__ = [
     "Method",
     "Model",
     "ModelOptions",
+    "OwnLikelihood",
     "ReadingAdapter",
     "ReadingForm",
     "Scorer",
@@ -37,6 +38,7 @@ __all__ = [
     "Tokenizer",
     "Writer",
     "calibration_file",
+    "check_likelihood",
     "check_picture",
     "expand_options",
 ]
@@ -94,6 +96,15 @@ StoreFile = Annotated[
         "--store",
         metavar="FILE|postgresql://USER:PASSWORD@HOST/DATABASE",
         help="Store of episodes.  [default: $GOALSCOPE_STORE]",
+    ),
+]
+OwnLikelihood = Annotated[
+    str | None,
+    typer.Option(
+        "--likelihood",
+        metavar="FILE.py:NAME",
+        help="A likelihood of your own: the Python file, and the function or class in it that "
+        "makes it from a model.",
     ),
 ]
 Json = Annotated[bool, typer.Option("--json", help="Print only JSON to standard output.")]
@@ -164,6 +175,7 @@ class EpisodeOptions(ModelOptions):
         Path | None,
         typer.Option(metavar="FILE.svg", help="Draw the room to this file each round."),
     ] = None
+    likelihood: OwnLikelihood = None
     layout: Layout = None
     end_of_turn: EndOfTurn = False
     calibration: CalibrationName = None
@@ -173,6 +185,19 @@ class EpisodeOptions(ModelOptions):
             metavar="PROBABILITY|paper",
             help="Propose goals once the probability of Unspecified, given the words since the "
             "newest goals, exceeds this; paper: once it is the likeliest.  [default: 0.5]",
+        ),
+    ] = None
+    k: Annotated[
+        int | None,
+        typer.Option(
+            "--k", min=1, help="Number of likeliest goals to act on and to ask about.  [default: 3]"
+        ),
+    ] = None
+    pipeline: Annotated[
+        str | None,
+        typer.Option(
+            metavar="STAGE,STAGE,STAGE,STAGE",
+            help="Order of a round's stages.  [default: infer,propose,remove,act]",
         ),
     ] = None
     prompted: Annotated[
@@ -194,8 +219,9 @@ class EpisodeOptions(ModelOptions):
         Raises:
             InvalidInputError: An option cannot be used, or would have no effect.
         """
-        from goalscope.domains import Settings, load_domain
-        from goalscope.modules import modules_named
+        from goalscope.agent import K
+        from goalscope.domains import Settings, load_domain, load_likelihood
+        from goalscope.modules import PIPELINE, modules_named, pipeline_of
 
         settings = Settings(
             **self.names(),
@@ -206,10 +232,13 @@ class EpisodeOptions(ModelOptions):
             scene=_scene(self.scene),
             simulator=self.simulator,
             unity=_absolute(self.unity),
+            likelihood=load_likelihood(self.likelihood) if self.likelihood else None,
             layout=self.layout,
             end_of_turn=self.end_of_turn,
             calibration=calibration_file(self.calibration),
             propose=_trigger(self.propose),
+            k=self.k or K,
+            pipeline=pipeline_of(_listed(self.pipeline)) if self.pipeline else PIPELINE,
             prompted=modules_named(self.prompted or ()),
             seed=self.seed,
             **more,
@@ -232,12 +261,20 @@ class EpisodeOptions(ModelOptions):
         if self.unity and self.simulator != "thor":
             raise InvalidInputError("--unity needs --simulator thor.")
         if self.method != "good":
-            for name in ("layout", "end_of_turn", "calibration", "propose"):
+            for name in ("likelihood", "layout", "end_of_turn", "calibration", "propose"):
                 if getattr(self, name):
                     raise InvalidInputError(
                         f"--{name.replace('_', '-')} only applies to the method 'good'; "
                         f"{self.method!r} computes no evidence. Leave it out."
                     )
+        if self.method == "no-goals":
+            for name in ("k", "pipeline"):
+                if getattr(self, name):
+                    raise InvalidInputError(
+                        f"--{name} does not apply to the method 'no-goals', which has no goals. "
+                        "Leave it out."
+                    )
+        check_likelihood(self.likelihood, self.layout, self.end_of_turn)
 
 
 def expand_options(command: Callable[..., None]) -> Callable[..., None]:
@@ -271,6 +308,20 @@ def expand_options(command: Callable[..., None]) -> Callable[..., None]:
     return call
 
 
+def check_likelihood(own: str | None, layout: object, end_of_turn: bool) -> None:
+    """Refuse options of the role-play likelihood beside one of the user's own.
+
+    Raises:
+        InvalidInputError: One is given.
+    """
+    for option, given in (("--layout", layout), ("--end-of-turn", end_of_turn)):
+        if own and given:
+            raise InvalidInputError(
+                f"{option} only applies to the role-play likelihood. Leave it out, or leave out "
+                "--likelihood."
+            )
+
+
 def check_picture(picture: Path | None, domain: str) -> None:
     """Refuse a picture that could not be drawn.
 
@@ -300,6 +351,10 @@ def _absolute(path: Path | None) -> str | None:
 def _scene(given: str | None) -> str | None:
     """The name of a scene, or the full path of its file."""
     return str(Path(given).absolute()) if given and Path(given).is_file() else given
+
+
+def _listed(given: str) -> list[str]:
+    return [each.strip() for each in given.split(",")]
 
 
 def _trigger(given: str | None) -> Trigger:

@@ -4,14 +4,17 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
+from pathlib import Path
 from typing import Any
 
+from goalscope.domains import Settings
 from goalscope.experiment.results import Cell
 from goalscope.experiment.summary import (
     NO_INTERVAL,
     Columns,
     Estimate,
+    Form,
     Labels,
     Record,
     Row,
@@ -30,18 +33,27 @@ from goalscope.stats import paired_difference, pooled_sd_of_mean
 from goalscope.types import pluralize
 
 __all__ = [
+    "DEFAULTS",
     "JUDGE_NOTES",
     "Reading",
     "episode_tables",
     "evaluator_of",
     "headings_of_judges",
     "method_rows",
+    "methods_of",
+    "outcome_of",
     "read_episodes",
     "reading_of",
 ]
 
 METHODS = ("good", "no-goals", "no-inference")
 """The methods of the paper (Sec. 4.3), in its order; others follow by name."""
+DEFAULTS: Mapping[str, Any] = {
+    key: value
+    for key, value in asdict(Settings()).items()
+    if key in ("propose", "k", "pipeline", "prompted")
+}
+"""Settings that a cell only names where they are others."""
 TOP = 3.0
 """The evaluator's highest score (Sec. 5)."""
 
@@ -112,8 +124,9 @@ def read_episodes(cells: Sequence[Cell]) -> tuple[Sample, ...]:
                 notes[_how_asked(judge, spec, run.spec["model"])] = None
         order = sorted(runs.values(), key=_place)
         records = _records(order, [readings[run.key] for run in order])
-        name = "-".join(map(slug, (domain, human, model)))
-        samples.append(Sample(name, f"{domain}, {human} human, {model}", records, tuple(notes)))
+        name = "-".join(map(slug, (Path(domain).stem, human, model)))
+        where = Path(domain).stem
+        samples.append(Sample(name, f"{where}, {human} human, {model}", records, tuple(notes)))
     return tuple(samples)
 
 
@@ -126,13 +139,39 @@ def headings_of_judges(sample: Sample) -> list[str]:
 def method_rows(sample: Sample, profile: str | None = None) -> list[Row]:
     """A row for each method, for all people or for one."""
     groups: list[tuple[Row, list[Record]]] = []
-    for method in _methods(sample):
+    for method in methods_of(sample):
         runs = sample.where(method=method, **({"profile": profile} if profile else {}))
         people = len({run["profile"] for run in runs})
         own = {"profile": profile, "method": method}
         groups.append((own if profile else {"method": method, "profiles": people}, runs))
     judged = [column for by in headings_of_judges(sample) for column in _judge_columns(by)]
     return rows_of(groups, [*COLUMNS, *judged])
+
+
+def outcome_of(
+    sample: Sample, measure: str, method: str, profile: str | None = None
+) -> tuple[Estimate | None, float | None]:
+    """A measure of a method, for all people or for one.
+
+    Args:
+        sample: Of episodes.
+        measure: "score", "unwanted", or "judge score" with the suffix of an evaluator.
+        method: The method.
+        profile: The person; None for all of them.
+
+    Returns:
+        The mean over people of the means over their runs, with its bootstrap interval over people;
+        and the pooled SD of the mean over an evaluator's trials, or else over seeds. None where
+        there is no such thing.
+    """
+    runs = sample.where(method=method, **({"profile": profile} if profile else {}))
+    by_profile = _by_profile(runs, measure)
+    repeated: list[Sequence[float]] = [*by_profile.values()]
+    if measure.startswith("judge score"):
+        key = f"trials{measure.removeprefix('judge score')}"
+        repeated = [run[key] for run in runs if run.get(key)]
+    form: Form = "number" if measure == "unwanted" else "percent"
+    return averaged(_means(by_profile), form=form), pooled_sd_of_mean(repeated)
 
 
 def episode_tables(sample: Sample) -> list[Table]:
@@ -161,7 +200,8 @@ def reading_of(spec: Mapping[str, Any], result: Mapping[str, Any], *, empty: boo
 
 def evaluator_of(spec: Mapping[str, Any]) -> dict[str, Any]:
     """The part of a "judge" cell that distinguishes evaluators."""
-    return {name: spec.get(name) for name in ("model", "trials", "seed")}
+    asked = {name: spec.get(name) for name in ("model", "trials", "seed")}
+    return {**asked, "temperature": _temperature(spec)}
 
 
 def _records(runs: Sequence[Cell], readings: Sequence[Mapping[str, Reading]]) -> list[Record]:
@@ -225,7 +265,7 @@ def _differences(sample: Sample) -> list[Row]:
     """GOOD minus each other method, paired by profile."""
     rows: list[Row] = []
     measures = ["score", *(f"judge score{by}" for by in headings_of_judges(sample))]
-    others = [method for method in _methods(sample) if method != "good"]
+    others = [method for method in methods_of(sample) if method != "good"]
     for measure in measures if sample.where(method="good") else ():
         for other in others:
             a, b = _pairs(sample, other, measure)
@@ -253,19 +293,24 @@ def _pairs(sample: Sample, other: str, measure: str) -> tuple[list[float], list[
 
 def _how_asked(judge: str, spec: Mapping[str, Any], acting: Mapping[str, Any]) -> str:
     """An evaluator's name, number of trials and temperature, and whether it also acted."""
-    same = _writer(spec["model"]) == _writer(acting)
+    same, heat = _writer(spec["model"]) == _writer(acting), _temperature(spec)
     return (
         f"The judge {judge} was asked {pluralize(spec['trials'], 'time')} about each run, at "
-        f"temperature {JUDGE_TEMPERATURE:g} (the paper has 0)."
+        f"temperature {heat:g}{' (the paper has 0)' if heat else ', as in the paper'}."
         f"{' It is the model that also acted.' * same}"
     )
+
+
+def _temperature(spec: Mapping[str, Any]) -> float:
+    return spec.get("temperature", JUDGE_TEMPERATURE)
 
 
 def _writer(model: Mapping[str, Any]) -> object:
     return model.get("generator") or model.get("model")
 
 
-def _methods(sample: Sample) -> list[str]:
+def methods_of(sample: Sample) -> list[str]:
+    """The methods, in the order of the paper."""
     found = {run["method"] for run in sample.records}
     return [*(each for each in METHODS if each in found), *sorted(found - {*METHODS})]
 
@@ -279,7 +324,7 @@ def _shared(spec: Mapping[str, Any]) -> dict[str, Any]:
     """The settings shared by all runs of a group."""
     own = ("method", "seed", "domain", "human")
     kept = {key: value for key, value in spec["settings"].items() if key not in own}
-    return {**kept, "model": spec["model"]}
+    return {**DEFAULTS, **kept, "model": spec["model"]}
 
 
 def _by_profile(runs: Iterable[Record], key: str) -> dict[str, list[float]]:

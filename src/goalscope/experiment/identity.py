@@ -10,10 +10,10 @@ from collections.abc import Callable, Iterable, Mapping
 from dataclasses import asdict
 from functools import cache
 from pathlib import Path
-from typing import Any
+from typing import Any, get_args
 
 import goalscope
-from goalscope.domains import Settings
+from goalscope.domains import Domain, Settings
 from goalscope.models import OpenModel
 from goalscope.models.opening import MODEL_KEYS, model_label, open_model
 from goalscope.types import Profile
@@ -85,8 +85,11 @@ def person_of(profile: Profile) -> dict[str, Any]:
 
 
 def hashes_of(settings: Settings) -> dict[str, str]:
-    """Hashes of the files named in the settings: people, catalogue, scene, calibration."""
+    """Hashes of the files named in the settings: domain, people, catalogue and so on."""
+    own = settings.likelihood.rpartition(":")[0] if settings.likelihood else None
     named = {
+        "domain": None if settings.domain in get_args(Domain) else settings.domain,
+        "likelihood": own,
         "profiles": settings.profiles,
         "catalogue": settings.catalogue,
         "scene": settings.scene,

@@ -8,19 +8,20 @@ from dataclasses import asdict, dataclass, field, replace
 from pathlib import Path
 from typing import Any, Literal, get_args
 
-from goalscope.agent import Method
+from goalscope.agent import K, Method
 from goalscope.benchmarks.mcq import read_questions
 from goalscope.datasets import DATASETS, data_folder, load, read_cases
 from goalscope.datasets.case import case_to_json
 from goalscope.datasets.changes import changes_of
-from goalscope.domains import Domain, Settings, profiles_of
+from goalscope.domains import Domain, Settings, load_domain, load_likelihood, profiles_of
 from goalscope.experiment.identity import hashes_of, person_of
 from goalscope.experiment.results import Cell
 from goalscope.goals import Trigger
 from goalscope.habits import Habit
 from goalscope.inputs import nearest, shown
+from goalscope.judge import JUDGE_TEMPERATURE
 from goalscope.likelihood import DEFAULT_LAYOUT, Layout
-from goalscope.modules import modules_named
+from goalscope.modules import PIPELINE, Stage, modules_named, pipeline_of
 from goalscope.types import InvalidInputError
 
 __all__ = [
@@ -68,6 +69,7 @@ class DialoguesPart:
         layouts: Where the likelihood prompt states the goal.
         end_of_turn: Whether the end of the utterance is scored.
         outright: Whether to ask the model for the goal outright, too.
+        likelihood: A likelihood of your own in place of the role-play one (see `load_likelihood`).
         change: The round (from 1) at which people change their mind (see `changes_of`), or None.
             With a change, goals are random and the model is not asked outright.
         models: As for the experiment; its own if there are none.
@@ -84,6 +86,7 @@ class DialoguesPart:
     layouts: tuple[Layout, ...] = (DEFAULT_LAYOUT,)
     end_of_turn: bool = False
     outright: bool = True
+    likelihood: str | None = None
     change: int | None = None
     models: tuple[Model, ...] = ()
 
@@ -93,7 +96,7 @@ class EpisodesPart:
     """Episodes with simulated people, in every combination (Sec. 4.2 and 4.3).
 
     Attributes:
-        domain: "grocery" or "house".
+        domain: "grocery", "house", or a Python file (see `load_domain`).
         profiles: Names, or "all".
         people: TOML file of profiles; None for those of the domain.
         methods: See `Agent`.
@@ -102,6 +105,9 @@ class EpisodesPart:
         end_of_turn: Whether the end of the utterance is scored.
         calibrations: Names or files; by default that of `Agent`.
         propose: See `Agent`; None for its default.
+        k: Number of goals to act on; see `Agent`.
+        pipeline: The order of a round's stages; see `Agent`.
+        likelihood: A likelihood of your own in place of the role-play one (see `load_likelihood`).
         prompted: Modules that use the paper's prompts; "all" for all of them.
         seeds: One run for each.
         rounds: Maximum number of rounds.
@@ -110,7 +116,7 @@ class EpisodesPart:
         models: As for the experiment; its own if there are none.
     """
 
-    domain: Domain
+    domain: str
     profiles: tuple[str, ...] = ("all",)
     people: str | None = None
     methods: tuple[Method, ...] = get_args(Method)
@@ -119,6 +125,9 @@ class EpisodesPart:
     end_of_turn: bool = False
     calibrations: tuple[str, ...] = ()
     propose: Trigger | None = None
+    k: int = K
+    pipeline: tuple[Stage, ...] = PIPELINE
+    likelihood: str | None = None
     prompted: tuple[str, ...] = ()
     seeds: tuple[int, ...] = (0,)
     rounds: int = 20
@@ -134,11 +143,13 @@ class Judge:
     Attributes:
         trials: Trials per run; 0 for no evaluator.
         seed: Seed of the trials.
+        temperature: What it is sampled at; the paper has 0.
         model: The evaluator; None for the model of the run.
     """
 
     trials: int = 20
     seed: int = 0
+    temperature: float = JUDGE_TEMPERATURE
     model: Model | None = None
 
 
@@ -202,6 +213,7 @@ def judging(experiment: Experiment, cells: Sequence[Cell]) -> list[dict[str, Any
             "model": judge.model if judge.model is not None else cell.spec["model"],
             "trials": judge.trials,
             "seed": judge.seed,
+            **({"temperature": heat} if (heat := judge.temperature) != JUDGE_TEMPERATURE else {}),
             **{key: result[key] for key in ("task", "description", "empty")},
             **_achieved(cell),
         })  # fmt: skip
@@ -232,6 +244,7 @@ def _dialogue_specs(
     if part.change is not None:
         yield from _change_specs(part, part.change, model, folder)
         return
+    own = _own_likelihood(part)
     goal_sets = part.goal_sets or (DATASETS[part.set].goal_sets if part.set else ("own",))
     for goal_set in goal_sets:
         is_drawn = goal_set in ("random", "hard")
@@ -264,6 +277,7 @@ def _dialogue_specs(
                     "layout": layout,
                     "end_of_turn": part.end_of_turn,
                     "outright": part.outright,
+                    **own,
                 }
 
 
@@ -275,6 +289,7 @@ def _change_specs(
             "A change of mind is scripted from the dialogues of a dataset, with random goals "
             "and turns up to the third after it. Leave out 'jsonl', 'turns' and 'goal_sets'."
         )
+    own = _own_likelihood(part)
     split = part.split or DATASETS[part.set].split
     cases = load(part.set, data_folder(folder), split=split, goals=part.goals, seed=part.seed)
     found = changes_of(cases, round=round, goals=part.goals, seed=part.seed)
@@ -291,12 +306,35 @@ def _change_specs(
             "seed": part.seed,
             "layout": layout,
             "end_of_turn": part.end_of_turn,
+            **own,
         }
 
 
+def _own_likelihood(part: DialoguesPart | EpisodesPart) -> dict[str, Any]:
+    """The likelihood of a part, if it is not the role-play one, with a hash of its file.
+
+    Raises:
+        InvalidInputError: It cannot be loaded, or an option of the role-play one is given, too.
+    """
+    if part.likelihood is None:
+        return {}
+    if part.layouts != (DEFAULT_LAYOUT,) or part.end_of_turn:
+        raise InvalidInputError(
+            "'layouts' and 'end_of_turn' only apply to the role-play likelihood. Leave them out, "
+            "or leave out 'likelihood'."
+        )
+    name = load_likelihood(part.likelihood)
+    return {"likelihood": name, "files": hashes_of(Settings(likelihood=name))}
+
+
 def _episode_specs(part: EpisodesPart, model: Model) -> Iterator[dict[str, Any]]:
+    domain = load_domain(part.domain)
+    if domain not in get_args(Domain) and (part.catalogue or part.scene):
+        raise InvalidInputError(
+            f"'catalogue' and 'scene' do not apply to the domain {shown(part.domain)}."
+        )
     fixed: dict[str, Any] = {
-        "domain": part.domain,
+        "domain": domain,
         "profiles": part.people,
         "catalogue": part.catalogue,
         "scene": part.scene,
@@ -305,13 +343,20 @@ def _episode_specs(part: EpisodesPart, model: Model) -> Iterator[dict[str, Any]]
     }
     if part.propose is not None:
         fixed["propose"] = part.propose
+    if part.k != K:
+        fixed["k"] = part.k
+    if (pipeline := pipeline_of(part.pipeline)) != PIPELINE:
+        fixed["pipeline"] = [*pipeline]
+    if own := _own_likelihood(part):
+        fixed["likelihood"] = own["likelihood"]
     if part.prompted:
         fixed["prompted"] = [*modules_named(part.prompted)]
     settings = Settings(
-        domain=part.domain,
+        domain=domain,
         profiles=fixed["profiles"],
         catalogue=fixed["catalogue"],
         scene=part.scene,
+        likelihood=fixed.get("likelihood"),
     )
     known = {profile.name: profile for profile in profiles_of(settings)}
     names = tuple(known) if part.profiles == ("all",) else part.profiles
@@ -352,11 +397,16 @@ def _run_of(cell: Cell) -> dict[str, Any]:
 
 
 def _achieved(cell: Cell) -> dict[str, Any]:
-    """What an evaluator sees (Sec. 5.1): the basket, or the record of the robot's actions."""
-    result = cell.result or {}
-    if cell.spec["settings"]["domain"] == "grocery":
+    """What an evaluator sees (Sec. 5.1): the basket, or the record of the robot's actions.
+
+    In a domain of one's own it sees both the final state and the record.
+    """
+    result, domain = cell.result or {}, cell.spec["settings"]["domain"]
+    if domain == "grocery":
         return {"outcome": result["outcome"], "actions": []}
-    return {"outcome": "", "actions": result["actions"]}
+    if domain == "house":
+        return {"outcome": "", "actions": result["actions"]}
+    return {key: result[key] for key in ("outcome", "actions", "possible")}
 
 
 def _file(name: str, folder: Path | None) -> Path:

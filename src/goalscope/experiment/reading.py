@@ -24,6 +24,7 @@ from goalscope.inputs import nearest, read_table, refuse_unknown, shown
 from goalscope.likelihood import Layout
 from goalscope.models.adapters import NO_ADAPTER
 from goalscope.models.opening import MODEL_KEYS
+from goalscope.modules import PIPELINE
 from goalscope.types import InvalidInputError
 
 __all__ = ["EMBEDDED", "read_experiment"]
@@ -106,12 +107,12 @@ def _model(value: object, label: str, folder: Path) -> Model:
 
 
 _CHOICES: Mapping[str, Sequence[str]] = {
-    "domain": get_args(Domain),
     "methods": get_args(Method),
     "humans": ("scripted", "simulated", *get_args(Habit)),
     "layouts": get_args(Layout),
+    "pipeline": PIPELINE,
 }
-_LEAST = {"limit": 1, "turns": 1, "goals": 2, "change": 2, "rounds": 1, "trials": 1}
+_LEAST = {"limit": 1, "turns": 1, "goals": 2, "change": 2, "rounds": 1, "trials": 1, "k": 1}
 
 
 def _part(kind: type[Any], value: object, label: str, folder: Path) -> Any:
@@ -152,6 +153,10 @@ def _value(key: str, value: object, kind: str, label: str) -> Any:
                 f"{label} must be at least {least}, and below a billion, not {shown(value)}."
             )
         return value
+    if kind == "float":
+        if type(value) not in (int, float) or not 0 <= cast("float", value) <= 2:
+            raise InvalidInputError(f"{label} must be a number from 0 to 2, not {shown(value)}.")
+        return float(cast("float", value))
     if kind.startswith("Trigger"):
         if value != "paper" and not (type(value) in (int, float) and 0 <= cast("float", value) < 1):
             raise InvalidInputError(
@@ -182,7 +187,17 @@ def _found(part: Any, folder: Path) -> Any:
     """A part with full paths, so that its files are found from any folder."""
     names = {key: getattr(part, key, None) for key in ("people", "catalogue", "scene")}
     found: dict[str, Any] = {key: _place(name, folder) for key, name in names.items() if name}
+    if own := getattr(part, "likelihood", None):
+        file, _, function = str(own).rpartition(":")
+        found["likelihood"] = f"{_place(file, folder)}:{function}"
     if isinstance(part, EpisodesPart):
+        if part.domain not in get_args(Domain):
+            found["domain"] = _place(part.domain, folder)
+            if not found["domain"].endswith(".py"):
+                raise InvalidInputError(
+                    f"'domain': {shown(part.domain)} is unknown; "
+                    f"{nearest(part.domain, get_args(Domain))} Or name a Python file."
+                )
         found["calibrations"] = tuple(
             name if name in NAMED else _place(name, folder) for name in part.calibrations
         )

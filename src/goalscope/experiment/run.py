@@ -5,12 +5,13 @@ from __future__ import annotations
 import json
 from collections.abc import Generator, Iterator, Mapping, Sequence
 from contextlib import closing
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
+from goalscope.domains import failure_in
 from goalscope.experiment.identity import identity_of
 from goalscope.experiment.plan import Experiment, judging
-from goalscope.experiment.results import Cell, Results
+from goalscope.experiment.results import Cell, Results, cell_key
 from goalscope.experiment.work import measure, perform
 from goalscope.extras import package
 from goalscope.rounds_json import dumps
@@ -90,13 +91,14 @@ def run(
             identity = identity_of(model)
             if not anyway:
                 results.check(identity)
-        planned = results.plan([*specs, *judged])
+        wanted = {cell_key(spec): spec for spec in (*specs, *judged)}
+        planned = results.plan(wanted.values())
         results.ask_for(planned, command)
         done = sum(cell.result is not None for cell in planned)
         if not evaluating:
             yield Done(None, None, done, len(planned))
         missing = [
-            cell
+            replace(cell, spec=wanted[cell.key])  # never what else a file says
             for cell in planned
             if cell.result is None and (cell.spec["kind"] == "judge") == evaluating
         ]
@@ -151,6 +153,6 @@ def _kept(results: Results, cell: Cell, outcome: Any, attempts: int = 1) -> str 
             return None
     error = str(outcome)
     if not isinstance(outcome, GoalscopeError):
-        error = f"{type(outcome).__name__}: {error}"
+        error = failure_in(outcome) or f"{type(outcome).__name__}: {error}"
     results.fail(cell.key, error, attempts)
     return error

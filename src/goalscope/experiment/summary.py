@@ -12,7 +12,7 @@ import re
 import unicodedata
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import Any, Literal
+from typing import Any, Literal, cast
 
 from goalscope.models.opening import model_label
 from goalscope.safe_text import terminal_safe
@@ -340,6 +340,8 @@ def _key(value: object) -> str:
 
 
 def _value(value: object) -> str:
+    if isinstance(value, list | tuple):
+        return " > ".join(map(_value, cast("Sequence[object]", value))) or "none"
     return value if isinstance(value, str) else _key(value)
 
 

@@ -5,15 +5,25 @@ from __future__ import annotations
 import time
 from collections.abc import Mapping
 from dataclasses import asdict
-from typing import Any
+from typing import Any, get_args
 
 from goalscope.benchmarks.dialogues import measure_dialogue, measure_evidence
 from goalscope.benchmarks.mcq import Question, measure_question, rephrase
 from goalscope.datasets import Case
-from goalscope.domains import open_environment, possible_actions, profile_named, settings_of
+from goalscope.domains import (
+    Domain,
+    Settings,
+    load_domain,
+    load_likelihood,
+    open_environment,
+    own_likelihood,
+    possible_actions,
+    profile_named,
+    settings_of,
+)
 from goalscope.envs.grocery import GroceryShop
 from goalscope.experiment.identity import hashes_of, identity_of, opened, person_of
-from goalscope.judge import judge
+from goalscope.judge import JUDGE_TEMPERATURE, judge
 from goalscope.models import OpenModel
 from goalscope.models.opening import MODEL_KEYS, forget
 from goalscope.rounds_json import round_to_json
@@ -22,6 +32,8 @@ from goalscope.store import Store
 from goalscope.types import Goal, GoalscopeError, InvalidInputError, Turn
 
 __all__ = ["measure", "perform"]
+
+_AGAIN = "Run it again to plan with what it is now."
 
 
 def perform(task: Mapping[str, Any]) -> dict[str, Any]:
@@ -42,6 +54,10 @@ def perform(task: Mapping[str, Any]) -> dict[str, Any]:
             "planned the experiment. Install the same version of goalscope and the same "
             "files on it."
         )
+    settings = {**spec, **spec.get("settings", {})}
+    load_domain(settings.get("domain", "grocery"))
+    if settings.get("likelihood"):
+        load_likelihood(settings["likelihood"])
     return measure(spec)
 
 
@@ -67,6 +83,12 @@ def _dialogue(model: OpenModel, spec: Mapping[str, Any]) -> dict[str, Any]:
     goals = tuple(map(Goal, data["goals"]))
     case = Case(data["id"], data["group"], data["task"], turns, goals, data["truth"])
     way = {key: spec[key] for key in ("layout", "end_of_turn")}
+    if name := spec.get("likelihood"):
+        if hashes_of(Settings(likelihood=name)) != spec["files"]:
+            raise InvalidInputError(
+                f"{name} has changed since the experiment was planned. {_AGAIN}"
+            )
+        way["likelihood"] = own_likelihood(name, model)
     if spec["kind"] == "change":
         return measure_evidence(model, case, **way)
     return measure_dialogue(model, case, **way, ask_outright=spec["outright"])
@@ -78,8 +100,8 @@ def _episode(model: OpenModel, spec: Mapping[str, Any]) -> dict[str, Any]:
     profile = profile_named(settings, spec["profile"])
     if person_of(profile) != spec["person"] or hashes_of(settings) != spec["files"]:
         raise InvalidInputError(
-            f"The files of {profile.name} (people, catalogue, scene) have changed since the "
-            "experiment was planned. Run it again to plan with the new ones."
+            f"The files of {profile.name} (people, catalogue, scene and so on) have changed since "
+            f"the experiment was planned. {_AGAIN}"
         )
     start = time.monotonic()
     env = open_environment(settings, profile)
@@ -88,6 +110,7 @@ def _episode(model: OpenModel, spec: Mapping[str, Any]) -> dict[str, Any]:
             session = Session(store, settings, env, model, profile=profile.name)
             rounds = list(session.run())
             info, met, unwanted = session.info, session.checks_met(), session.unwanted()
+            verbs = [verb.name for verb in env.verbs]
     finally:
         env.close()
     results = [result for round in rounds for result in round.results if result.ok]
@@ -116,6 +139,7 @@ def _episode(model: OpenModel, spec: Mapping[str, Any]) -> dict[str, Any]:
         "description": profile.description,
         "outcome": rounds[-1].status if rounds else "",
         "actions": acts,
+        **({} if settings.domain in get_args(Domain) else {"possible": verbs}),
         "empty": not (env.basket if isinstance(env, GroceryShop) else acts),
         "seconds": time.monotonic() - start,
     }
@@ -128,10 +152,11 @@ def _judge(model: OpenModel, spec: Mapping[str, Any]) -> dict[str, Any]:
         description=spec["description"],
         outcome=spec["outcome"],
         actions=spec["actions"],
-        possible=possible_actions(spec["of"]["settings"]["domain"]),
+        possible=spec.get("possible") or possible_actions(spec["of"]["settings"]["domain"]),
         empty=spec["empty"],
         trials=spec["trials"],
         seed=spec["seed"],
+        temperature=spec.get("temperature", JUDGE_TEMPERATURE),
     )
     return {"trials": [asdict(trial) for trial in trials]}
 

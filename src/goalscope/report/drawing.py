@@ -6,17 +6,20 @@ import io
 import re
 import warnings
 from collections.abc import Callable
+from dataclasses import dataclass
 from typing import Any
 
 from goalscope.extras import package
 from goalscope.safe_text import terminal_safe
 from goalscope.types import GoalscopeError
 
-__all__ = ["COLOURS", "GREY", "INK", "draw", "shortened"]
+__all__ = ["COLOURS", "GREY", "INK", "MARKERS", "Figure", "draw", "draw_figure", "shortened"]
 
 COLOURS = ("#0072B2", "#E69F00", "#009E73", "#D55E00", "#CC79A7", "#56B4E9", "#F0E442")
 """The palette of Okabe and Ito, safe for colour-blind readers and for print."""
 GREY, INK = "#999999", "#222222"
+MARKERS = "osD^vPX"
+"""One for each colour, so that a print without colours can be read."""
 
 _STYLE = {
     "svg.fonttype": "none",
@@ -42,6 +45,28 @@ _STYLE = {
     "ytick.left": False,
     "legend.frameon": False,
 }
+
+
+@dataclass(frozen=True, slots=True)
+class Figure:
+    """A picture with its caption.
+
+    Attributes:
+        name: Name of its file.
+        caption: How to read it, and the number of cases.
+        svg: The picture.
+    """
+
+    name: str
+    caption: str
+    svg: str
+
+
+def draw_figure(
+    name: str, caption: str, size: tuple[float, float], paint: Callable[[Any], None]
+) -> Figure:
+    """Draw a figure; see `draw`. The caption's first sentence describes it for screen readers."""
+    return Figure(name, caption, draw(name, caption.partition(". ")[0], size, paint))
 
 
 def draw(name: str, title: str, size: tuple[float, float], paint: Callable[[Any], None]) -> str:

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+import math
+from collections.abc import Callable, Iterator, Sequence
 from typing import Any
 
 import numpy as np
@@ -15,7 +15,7 @@ from goalscope.experiment.dialogues import (
     read_dialogues,
     reliability_of,
 )
-from goalscope.experiment.episodes import headings_of_judges, method_rows, read_episodes
+from goalscope.experiment.episodes import read_episodes
 from goalscope.experiment.predictors import (
     AS_IN_PAPER,
     GOALSCOPE,
@@ -27,31 +27,19 @@ from goalscope.experiment.predictors import (
 from goalscope.experiment.questions import question_tables
 from goalscope.experiment.results import Cell
 from goalscope.experiment.summary import Estimate, Row, Sample, mean_of
-from goalscope.report.drawing import COLOURS, GREY, INK, draw, shortened
-from goalscope.stats import Reliability, proportion
+from goalscope.report.drawing import COLOURS, INK, MARKERS, Figure, draw_figure, shortened
+from goalscope.report.methods import method_figures
+from goalscope.stats import Interval, Reliability, proportion
 
-__all__ = ["Figure", "accuracy_figure", "figures_of"]
+__all__ = ["Figure", "accuracy_figure", "figures_of", "truth_figure"]
+
+_Line = tuple[str, Sequence[tuple[int, Estimate]]]
+"""A predictor, and its figures by place on the axis (from 1)."""
 
 LEAST = 10
 """Minimum number of dialogues for a turn to be drawn, unless there are fewer in all."""
-MARKERS = "osD^vPX"
 PAPER = {"Llama 3 8B Instruct": (0.944, 0.932), "Llama 3 70B Instruct": (0.883, 0.864)}
 """Accuracy without and with Unspecified in the paper (Sec. 5)."""
-
-
-@dataclass(frozen=True, slots=True)
-class Figure:
-    """A picture with its caption.
-
-    Attributes:
-        name: Name of its file.
-        caption: How to read it, and the number of cases.
-        svg: The picture.
-    """
-
-    name: str
-    caption: str
-    svg: str
 
 
 def figures_of(cells: Sequence[Cell]) -> Iterator[Figure]:
@@ -62,58 +50,16 @@ def figures_of(cells: Sequence[Cell]) -> Iterator[Figure]:
         yield from _made(_mcq(table.rows))
     for dialogues in read_dialogues(measured):
         yield from _made(accuracy_figure(dialogues))
+        yield from _made(truth_figure(dialogues))
         yield from _made(_calibration(dialogues))
     for changes in read_changes(measured):
         yield _change(changes)
     for episodes in read_episodes(done):
-        yield _methods(episodes)
+        yield from method_figures(episodes)
 
 
 def _made(figure: Figure | None) -> list[Figure]:
     return [figure] if figure else []
-
-
-def _methods(episodes: Sample) -> Figure:
-    """The methods side by side: by the final state, and by each evaluator (Sec. 5)."""
-    rows = method_rows(episodes)
-    panels = [("state-based score", "score", "SD", "runs")]
-    for by in headings_of_judges(episodes):
-        heads = ("judge's score", "judge score", "judge SD", "runs judged")
-        panels.append((heads[0] + by, heads[1] + by, heads[2] + by, heads[3] + by))
-
-    def paint(figure: Any) -> None:
-        axes = figure.subplots(1, len(panels), sharey=True, squeeze=False)[0]
-        for axis, (title, score, sd, _) in zip(axes, panels, strict=True):
-            for x, row in enumerate(rows):
-                value, spread = row[score], row[sd]
-                if not isinstance(value, Estimate):
-                    axis.text(x, 2, "no data", ha="center", color=GREY)
-                    continue
-                middle = 100 * value.value
-                axis.bar(x, middle, 0.62, color=COLOURS[x % len(COLOURS)])
-                if isinstance(spread, Estimate):
-                    ends = middle - 100 * spread.value, middle + 100 * spread.value
-                    axis.vlines(x, *ends, color=INK, lw=4.5, alpha=0.55)
-                _whisker(axis.vlines, x, value, INK)
-                axis.text(x + 0.1, middle + 1, f"{middle:.1f}", va="bottom")
-            axis.set_xticks(range(len(rows)), [shortened(str(row["method"]), 16) for row in rows])
-            axis.set_xlim(-0.6, len(rows) - 0.4)
-            axis.set_title(shortened(title, 40))
-        axes[0].set_ylim(0, 109)
-        axes[0].set_yticks(range(0, 101, 20))
-        axes[0].set_ylabel("% of the best score")
-
-    counts = "; ".join(
-        f"{title} " + ", ".join(f"{row[n]} {row['method']}" for row in rows)
-        for title, _, _, n in panels
-    )
-    caption = (
-        f"Methods: {episodes.title}. Thin bars: 95 % bootstrap interval over profiles. Thick bars: "
-        "one pooled SD of the mean either way, as in the paper. "
-        f"{len({run['profile'] for run in episodes.records})} profiles; n, runs: {counts}."
-    )
-    size = (1.1 + len(panels) * max(2.0, 0.85 * len(rows)), 2.9)
-    return _figure(f"methods-{episodes.name}", caption, size, paint)
 
 
 def _calibration(dialogues: Sample) -> Figure | None:
@@ -139,7 +85,9 @@ def _calibration(dialogues: Sample) -> Figure | None:
         "choice, its area the number of dialogues; bars: Wilson's 95 % interval, as if dialogues "
         "were independent; dotted: calibrated."
     )
-    return _figure(f"calibration-{dialogues.name}", caption, (0.6 + 2.3 * len(found), 2.9), paint)
+    return draw_figure(
+        f"calibration-{dialogues.name}", caption, (0.6 + 2.3 * len(found), 2.9), paint
+    )
 
 
 def _reliability(axis: Any, predictor: str, made: Reliability) -> None:
@@ -159,65 +107,139 @@ def _reliability(axis: Any, predictor: str, made: Reliability) -> None:
 
 def accuracy_figure(dialogues: Sample, turns: int = 10) -> Figure | None:
     """Accuracy of each predictor by turn; None if there are no predictions."""
-    least = min(LEAST, len(after_turn(dialogues, UNIFORM, None)))
-    shown = [
-        turn
-        for turn in (*range(1, turns + 1), None)
-        if len(after_turn(dialogues, UNIFORM, turn)) >= least
-        and (turn or after_turn(dialogues, UNIFORM, 2))  # the last where some have several
-    ]
-    lines = [
-        name
-        for name in PREDICTORS
-        if name not in (UNIFORM, *SEEN.values())
-        and len(after_turn(dialogues, name, shown[0])) >= least
-    ]
-    if not lines:
-        return None
-    ends = (0.5, len(shown) + 0.5)
+    shown = _turns(dialogues, turns)
+    if after_turn(dialogues, UNIFORM, 2):
+        shown.append(None)  # the last turn, where some dialogues have several
 
-    def paint(figure: Any) -> None:
-        axis = figure.subplots()
-        for i, name in enumerate(lines):
+    def paint(axis: Any, lines: Sequence[_Line]) -> None:
+        for i, (name, points) in enumerate(lines):
             shift = 0.09 * (i - (len(lines) - 1) / 2)
             style: dict[str, Any] = {"color": COLOURS[i], "marker": MARKERS[i], "ms": 4}
             joined: tuple[list[float], list[float]] = ([], [])
-            for x, turn in enumerate(shown, 1):
-                found = after_turn(dialogues, name, turn)
-                estimate = mean_of(found, "top1", "percent")
-                if estimate is None or len(found) < least:
-                    continue
+            for x, estimate in points:
                 _whisker(axis.vlines, x + shift, estimate, COLOURS[i])
-                if turn is None:  # belongs to no line
+                if shown[x - 1] is None:  # belongs to no line
                     axis.plot(x + shift, 100 * estimate.value, ls="", **style)
                 else:
                     joined[0].append(x + shift)
                     joined[1].append(100 * estimate.value)
             line = "-" if name in (GOALSCOPE, OUTRIGHT) else "--"
             axis.plot(*joined, lw=1.4, ls=line, label=name, **style)
-        uniform = [after_turn(dialogues, UNIFORM, turn) for turn in shown]
-        chance = [mean_of(found, "top1") for found in uniform]
-        height = [100 * each.value for each in chance if each]
+        axis.set_ylabel("accuracy, %")
+
+    return _by_turn(
+        dialogues, shown, "turns", "Accuracy of the likeliest goal", "top1",
+        "; at the turn called last, each has its own", paint,
+        lambda axis: axis.plot([], [], "|", color=INK, ms=9),
+    )  # fmt: skip
+
+
+def truth_figure(dialogues: Sample, turns: int = 10) -> Figure | None:
+    """Probability of the true goal by turn; None where too few dialogues have several turns."""
+    if len(shown := _turns(dialogues, turns)) < 2:
+        return None
+
+    def paint(axis: Any, lines: Sequence[_Line]) -> None:
+        for i, (name, points) in enumerate(lines):
+            spans = [each.interval or Interval(each.value, each.value) for _, each in points]
+            places = [x for x, _ in points]
+            low, high = ([100 * getattr(span, end) for span in spans] for end in ("low", "high"))
+            axis.fill_between(places, low, high, color=COLOURS[i], alpha=0.15, lw=0)
+            axis.plot(
+                places, [100 * each.value for _, each in points], color=COLOURS[i],
+                marker=MARKERS[i], ms=4, lw=1.4, label=name,
+                ls="-" if name in (GOALSCOPE, OUTRIGHT) else "--",
+            )  # fmt: skip
+        axis.set_ylabel("probability of the true goal, %")
+
+    return _by_turn(
+        dialogues, shown, "truth", "Probability of the true goal", "truth", "", paint,
+        lambda axis: [axis.fill_between([], [], [], color=INK, alpha=0.15, lw=0)],
+    )  # fmt: skip
+
+
+def _turns(dialogues: Sample, turns: int) -> list[int | None]:
+    """The turns up to a number that enough dialogues have."""
+    least = _least(dialogues)
+    each = range(1, turns + 1)
+    return [turn for turn in each if len(after_turn(dialogues, UNIFORM, turn)) >= least]
+
+
+def _least(dialogues: Sample) -> int:
+    return min(LEAST, len(after_turn(dialogues, UNIFORM, None)))
+
+
+def _by_turn(
+    dialogues: Sample,
+    shown: Sequence[int | None],
+    name: str,
+    measure: str,
+    key: str,
+    told: str,
+    draw: Callable[[Any, Sequence[_Line]], None],
+    sign: Callable[[Any], Sequence[Any]],
+) -> Figure | None:
+    """The mean of a measure by turn for each predictor, and for chance; None without predictors.
+
+    Args:
+        dialogues: What was measured.
+        shown: Turns; None for each dialogue's last.
+        name: First part of the figure's name.
+        measure: What the lines show.
+        key: Its key in the records.
+        told: What else the caption says of the turns.
+        draw: Draws the lines.
+        sign: Draws the sign of an interval, for the legend.
+    """
+    least = _least(dialogues)
+
+    def points_of(predictor: str) -> Iterator[tuple[int, Estimate]]:
+        for x, turn in enumerate(shown, 1):
+            found = [
+                {**each, "truth": math.exp(-each["log_loss"])}
+                for each in after_turn(dialogues, predictor, turn)
+            ]
+            if len(found) >= least and (estimate := mean_of(found, key, "percent")):
+                yield x, estimate
+
+    lines = [
+        (predictor, points)
+        for predictor in PREDICTORS
+        if predictor not in (UNIFORM, *SEEN.values())
+        and len(after_turn(dialogues, predictor, shown[0])) >= least
+        and (points := [*points_of(predictor)])
+    ]
+    if not lines:
+        return None
+    ends = (0.5, len(shown) + 0.5)
+    sure = any(estimate.interval for _, points in lines for _, estimate in points)
+
+    def paint(figure: Any) -> None:
+        axis = figure.subplots()
+        draw(axis, lines)
+        height = [100 * each.value for _, each in points_of(UNIFORM)]
         axis.plot(
             (ends[0], *range(1, len(shown) + 1), ends[1]), (height[0], *height, height[-1]),
             color=INK, ls=":", lw=1.2, label="chance",
         )  # fmt: skip
         axis.set(ylim=(-2.5, 102), xlim=ends, xlabel="turn, and number of dialogues that have it")
-        axis.set_ylabel("accuracy, %")
-        ticks = [
-            f"{turn or 'last'}\nn = {len(found)}"
-            for turn, found in zip(shown, uniform, strict=True)
-        ]
+        counts = [len(after_turn(dialogues, UNIFORM, turn)) for turn in shown]
+        ticks = [f"{turn or 'last'}\nn = {n}" for turn, n in zip(shown, counts, strict=True)]
         axis.set_xticks(range(1, len(shown) + 1), ticks)
+        if sure:
+            sign(axis)[0].set_label("95 % interval")
         figure.legend(loc="outside right upper")
 
     caption = (
-        f"Accuracy of the likeliest goal by turn: {dialogues.title}, n = "
-        f"{number_of(dialogues)}; turns that fewer than {least} have are left out; "
-        "at the turn called last, each has its own. Bars: 95 % bootstrap interval over groups of "
-        "dialogues that share people."
+        f"{measure} by turn: {dialogues.title}, n = {number_of(dialogues)}; turns that fewer than "
+        f"{least} have are left out{told}. "
+        + (
+            "Intervals: 95 %, by a bootstrap over groups of dialogues that share people."
+            if sure
+            else "There are no intervals of a single group of dialogues."
+        )
     )
-    return _figure(f"turns-{dialogues.name}", caption, (7.4, 3.3), paint)
+    return draw_figure(f"{name}-{dialogues.name}", caption, (7.4, 3.3), paint)
 
 
 def _change(changes: Sample) -> Figure:
@@ -244,7 +266,7 @@ def _change(changes: Sample) -> Figure:
         "Probability of the goal before the change (dashed), and of the one after it (solid), "
         f"mean: {changes.title}. Dotted: the change, at round {change}."
     )
-    return _figure(f"change-{changes.name}", caption, (7.4, 3.3), paint)
+    return draw_figure(f"change-{changes.name}", caption, (7.4, 3.3), paint)
 
 
 def _mcq(rows: Sequence[Row]) -> Figure | None:
@@ -290,11 +312,7 @@ def _mcq(rows: Sequence[Row]) -> Figure | None:
         + "; ".join(f"{label} n = {n}" for label, n in counts.items())
         + " questions."
     )
-    return _figure("accuracy", caption, (7.4, 1.3 + 0.5 * len(bars)), paint)
-
-
-def _figure(name: str, caption: str, size: tuple[float, float], paint: Any) -> Figure:
-    return Figure(name, caption, draw(name, caption.partition(". ")[0], size, paint))
+    return draw_figure("accuracy", caption, (7.4, 1.3 + 0.5 * len(bars)), paint)
 
 
 def _whisker(lines: Any, at: float, value: Estimate, colour: str) -> None:

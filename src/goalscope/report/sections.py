@@ -7,13 +7,16 @@ from collections import Counter
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from typing import cast
 
 from goalscope.experiment.beliefs import belief_table
+from goalscope.experiment.episodes import DEFAULTS
 from goalscope.experiment.results import Cell, Results
 from goalscope.experiment.summary import Row, Table, percent, slug
 from goalscope.experiment.tables import first_attempts, tables_of, warnings_of
 from goalscope.models.opening import model_label
-from goalscope.report.figures import Figure, figures_of
+from goalscope.report.drawing import Figure
+from goalscope.report.figures import figures_of
 from goalscope.safe_text import model_shown
 from goalscope.study.store import StudyStore
 from goalscope.study.summary import study_tables
@@ -182,12 +185,17 @@ def _facts(done: Sequence[Cell]) -> Iterator[str]:
     models = dict.fromkeys(model_label(cell.spec["model"]) for cell in done)
     if models:
         yield f"models: {'; '.join(models)}"
-    settings = [{**cell.spec, **cell.spec.get("settings", {})} for cell in done]
-    for key in ("domain", "human", "layout", "calibration", "end_of_turn", "rounds",
-                "seed", "trials"):  # fmt: skip
+    settings = [
+        {**cell.spec, **(DEFAULTS if own else {}), **own}
+        for cell in done
+        for own in (cell.spec.get("settings", {}),)
+    ]
+    for key in ("domain", "human", "likelihood", "layout", "calibration", "end_of_turn", "propose",
+                "k", "pipeline", "prompted", "rounds", "seed", "trials"):  # fmt: skip
         values = dict.fromkeys(_text(each[key]) for each in settings if key in each)
         if values:
-            yield f"{key.replace('_', ' ')}: {', '.join(values)}"
+            joint = "; " if key in ("pipeline", "prompted") else ", "
+            yield f"{key.replace('_', ' ')}: {joint.join(values)}"
     identities = Counter(json.dumps(cell.identity, sort_keys=True) for cell in done)
     for identity, n in identities.items():
         found: dict[str, str] = json.loads(identity) or {}
@@ -204,6 +212,8 @@ def _warnings(cells: Sequence[Cell]) -> Iterator[str]:
 
 
 def _text(value: object) -> str:
+    if isinstance(value, list | tuple):
+        return ", ".join(map(_text, cast("Sequence[object]", value))) or "none"
     return value if isinstance(value, str) else json.dumps(value)
 
 
