@@ -53,6 +53,8 @@ def test_an_episode_has_the_usual_ones_where_none_are_given(shop, store_file, wo
     [
         (("--pipeline", "act,infer"), "once each, in any order, not 'act, infer'"),
         (("--pipeline", "infer;propose;remove;act"), "once each, in any order"),
+        (("--pipeline", ""), "once each, in any order"),
+        (("--likelihood", ""), "not ''"),
         (("--k", "1", "--method", "no-goals"), "--k does not apply to the method 'no-goals'"),
         (("--pipeline", ACTS_FIRST, "--method", "no-goals"), "--pipeline does not apply to"),
         (("--likelihood", "nothing.py:Mine"), "not 'nothing.py:Mine'"),
@@ -97,14 +99,16 @@ def test_a_likelihood_of_ones_own_runs_only_when_it_is_named(
         ("None", "must return a likelihood: it has no method log_likelihood"),
         ("1 / 0", "mine.py, line 3: ZeroDivisionError"),
         ("Mine", "must return a likelihood: it is a class; give an instance"),
-        ("type('Plain', (), {'log_likelihood': None})()", "calibration of Plain must be a"),
+        ("Mine(model, 1)", "TypeError"),
+        ("type('Old', (), {'log_likelihood': lambda self, task: 0})()", "is what it needs"),
+        ("type('Plain', (Mine,), {'calibration': 0})(model)", "calibration of Plain must be a"),
     ],
 )
 def test_what_makes_no_likelihood_is_told(shop, words, mine, tmp_path, made, told):  # noqa: F811
     (tmp_path / "mine.py").write_text(f"{OWN}\n")
     text = f"\ndef make(model):\n    return {made}\n{OWN}"
     (tmp_path / "mine.py").write_text(text)
-    code = 1 if "/" in made else 2
+    code = 1 if "Error" in told else 2
     made_by = f"{mine[:-4]}make"
     assert told in fails(code, "run", "--profile", "baker", *shop, "--likelihood", made_by)
 
@@ -124,3 +128,9 @@ def test_dialogues_are_inferred_by_a_likelihood_of_ones_own(tmp_path, words, min
         2, "infer", rows, "--out", tmp_path / "o", "--likelihood", f"{mine[:-4]}Transposed"
     )
     assert "Transposed.log_likelihood must return an array of [2, 3]" in transposed
+
+
+def test_what_takes_more_than_a_model_is_refused(shop, words, mine, tmp_path):  # noqa: F811
+    (tmp_path / "mine.py").write_text(f"\ndef make(model, heat):\n    return 1\n{OWN}")
+    told = fails(2, "run", "--profile", "baker", *shop, "--likelihood", f"{mine[:-4]}make")
+    assert "make is called with the model alone (missing a required argument: 'heat')." in told

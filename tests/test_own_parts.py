@@ -67,6 +67,14 @@ def test_a_table_of_no_numbers_is_refused_with_the_goal_and_nothing_changes(valu
     assert (tracker.turns, len(tracker.belief.log_likelihood)) == ([], 0)
 
 
+def test_a_table_of_words_is_refused() -> None:
+    tracker = GoalTracker(
+        goals=[TEA], likelihood=Fixed(lambda turns, goals: np.full((turns, goals), "a"))
+    )
+    with pytest.raises(InvalidInputError, match="must return numbers in nats"):
+        tracker.observe("What?", "Tea.")
+
+
 def test_whole_numbers_and_the_impossible_are_evidence() -> None:
     likelihood = Fixed(lambda turns, goals: np.zeros((turns, goals), dtype=int))
     assert GoalTracker(goals=[TEA], likelihood=likelihood).observe("", "Tea.").top()

@@ -130,6 +130,7 @@ REFUSED = [
     ("episodes = {domain = 'grocery', pipeline = 'act'}", "once each, in any order, not 'act'"),
     ("episodes = {domain = 'grocery', pipeline = ['infer', 'plan']}", "'plan' is unknown", "act"),
     ("episodes = {domain = 'grocery', pipeline = []}", "'pipeline' must not be empty"),
+    ("episodes = {domain = 'mine.py'}", "'", "mine.py' has nobody to simulate"),
     ("episodes = {domain = 'gardn.py'}", "not 'gardn.py'", "existing Python file"),
     ("episodes = {domain = 'mine.py', scene = 'Kitchen1'}", "'scene' do not apply"),
     ("episodes = {domain = 'grocery', likelihood = 'no.py:Mine'}", "not 'no.py:Mine'"),

@@ -326,6 +326,8 @@ def test_a_likelihood_of_ones_own_is_the_evidence_of_episodes_and_dialogues(
     assert (dialogue.error, episode.error) == (None, None)
     assert dialogue.result["role-play"] == [[6.0, 9.0]]
     assert dialogue.result["calibration"]["temperature"] == 1.0
+    notes = [note for table in tables_of(results.cells()) for note in table.notes]
+    assert any(f"evidence from the likelihood {own}" in note for note in notes)
     rounds = results.rounds(episode.result["episode"])
     for number, each in enumerate(rounds, 1):
         scored = [float(len(g.text) + len(each.turn.utterance)) for g in each.belief.goals]

@@ -20,7 +20,7 @@ from goalscope.likelihood import DEFAULT_LAYOUT, Layout, Likelihood, RolePlay
 from goalscope.models import LikelihoodModel, Model
 from goalscope.modules import PIPELINE, Module, Modules, Stage, modules_of
 from goalscope.reader import check_verbs
-from goalscope.tracker import calibration_of, unusable
+from goalscope.tracker import calibration_of, misfit, unusable
 from goalscope.types import TRACKING, InvalidInputError, Profile
 
 if TYPE_CHECKING:
@@ -297,6 +297,8 @@ def own_likelihood(name: str, model: LikelihoodModel) -> Likelihood:
     """
     file, _, function = name.rpartition(":")
     make: Callable[[LikelihoodModel], Likelihood] = getattr(_own(file), function)
+    if wrong := misfit(make, model):
+        raise InvalidInputError(f"{name} is called with the model alone ({wrong}).")
     found = make(model)
     if wrong := unusable(found):
         raise InvalidInputError(f"{name} must return a likelihood: {wrong}.")

@@ -33,7 +33,7 @@ from goalscope.types import (
     readable,
 )
 
-__all__ = ["Correction", "GoalTracker", "calibration_of", "evidence_of", "unusable"]
+__all__ = ["Correction", "GoalTracker", "calibration_of", "evidence_of", "misfit", "unusable"]
 
 Correction = Literal["pin", "veto", "reword"]
 """How a person corrects the goals; see `GoalTracker.correct`."""
@@ -436,7 +436,12 @@ def evidence_of(
             f"{type(likelihood).__name__}.log_likelihood must return an array of "
             f"{list(expected)} (turns from `since` on, goals), not {shape}."
         )
-    table = np.asarray(found, dtype=np.float64)
+    try:
+        table = np.asarray(found, dtype=np.float64)
+    except (TypeError, ValueError) as error:
+        raise InvalidInputError(
+            f"{type(likelihood).__name__}.log_likelihood must return numbers in nats ({error})."
+        ) from None
     wrong = np.isnan(table) | np.isposinf(table)
     if wrong.any():
         goal = goals[int(wrong.any(axis=0).argmax())]
@@ -453,6 +458,20 @@ def unusable(likelihood: object) -> str:
         return f"it is a class; give an instance, {likelihood.__name__}(...)"
     if not hasattr(likelihood, "log_likelihood"):
         return "it has no method log_likelihood; see goalscope.likelihood.Likelihood"
+    method = cast("Likelihood", likelihood).log_likelihood
+    if wrong := misfit(method, "", [], [], since=0):
+        return f"log_likelihood(task, goals, turns, *, since=0) is what it needs ({wrong})"
+    return ""
+
+
+def misfit(function: Callable[..., object], *given: object, **named: object) -> str:
+    """Why a function cannot be called with these arguments; empty if it can."""
+    try:
+        signature(function).bind(*given, **named)
+    except TypeError as error:
+        return str(error)
+    except ValueError:
+        pass  # it is not written in Python
     return ""
 
 
@@ -473,12 +492,8 @@ def calibration_of(likelihood: Likelihood) -> Calibration:
 
 def _wrong(model: LikelihoodModel) -> str:
     """Why a user's own model cannot be used; empty if it can."""
-    try:
-        signature(model.token_logprobs).bind([], [], end_of_turn=False)
-    except TypeError as error:
-        return f"token_logprobs(contexts, continuations, *, end_of_turn) is what it needs ({error})"
-    except ValueError:
-        pass  # it is not written in Python
+    if wrong := misfit(model.token_logprobs, [], [], end_of_turn=False):
+        return f"token_logprobs(contexts, continuations, *, end_of_turn) is what it needs ({wrong})"
     size = cast("object", model.context_size)
     return "" if isinstance(size, int) else f"context_size must be a number of tokens, not {size!r}"
 

@@ -69,7 +69,7 @@ def infer(
         )
     check_likelihood(likelihood, layout, end_of_turn)
     given = calibration_named(calibration) if calibration else None
-    own = load_likelihood(likelihood) if likelihood else None
+    own = None if likelihood is None else load_likelihood(likelihood)
     chosen = Settings(likelihood=own, layout=layout, end_of_turn=end_of_turn)
     dialogues = read_dialogues(file)
     cut: list[str | int] = []

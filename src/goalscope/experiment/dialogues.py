@@ -315,6 +315,8 @@ def _left_out(cell: Measured, calibration: Calibration) -> list[dict[str, float]
 
 
 def _notes(cells: Sequence[Measured]) -> Iterator[str]:
+    for own in dict.fromkeys(spec["likelihood"] for spec, _ in cells if spec.get("likelihood")):
+        yield f"{GOALSCOPE} has its evidence from the likelihood {own}, not from role-play."
     if learned := sum(bool(result.get("learned")) for _, result in cells):
         yield f"The model's adapter was TRAINED on {learned:,} of these dialogues."
     answers = [each for _, result in cells for each in result.get("outright") or ()]

@@ -164,7 +164,8 @@ def outcome_of(
         and the pooled SD of the mean over an evaluator's trials, or else over seeds. None where
         there is no such thing.
     """
-    runs = sample.where(method=method, **({"profile": profile} if profile else {}))
+    whose = {} if profile is None else {"profile": profile}
+    runs = sample.where(method=method, **whose)
     by_profile = _by_profile(runs, measure)
     repeated: list[Sequence[float]] = [*by_profile.values()]
     if measure.startswith("judge score"):

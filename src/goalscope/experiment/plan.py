@@ -359,6 +359,8 @@ def _episode_specs(part: EpisodesPart, model: Model) -> Iterator[dict[str, Any]]
         likelihood=fixed.get("likelihood"),
     )
     known = {profile.name: profile for profile in profiles_of(settings)}
+    if not known:
+        raise InvalidInputError(f"{shown(part.domain)} has nobody to simulate: no profiles.")
     names = tuple(known) if part.profiles == ("all",) else part.profiles
     for name in names:
         if name not in known:
