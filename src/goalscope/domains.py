@@ -16,11 +16,18 @@ from goalscope.agent import K, Method
 from goalscope.envs import Environment, missing
 from goalscope.goals import UNEXPLAINED, Trigger
 from goalscope.habits import Habit
-from goalscope.likelihood import DEFAULT_LAYOUT, Layout, Likelihood, RolePlay
+from goalscope.likelihood import (
+    DEFAULT_LAYOUT,
+    Layout,
+    Likelihood,
+    RolePlay,
+    calibration_of,
+    misfit,
+    unusable,
+)
 from goalscope.models import LikelihoodModel, Model
 from goalscope.modules import PIPELINE, Module, Modules, Stage, modules_of
 from goalscope.reader import check_verbs
-from goalscope.tracker import calibration_of, misfit, unusable
 from goalscope.types import TRACKING, InvalidInputError, Profile
 
 if TYPE_CHECKING:

@@ -13,9 +13,8 @@ from typing import Any, cast
 from goalscope.belief import Belief
 from goalscope.calibration import Calibration
 from goalscope.datasets.jsonl import Dialogue, read_dialogues
-from goalscope.likelihood import Likelihood
+from goalscope.likelihood import Likelihood, evidence_of
 from goalscope.models.opening import forget
-from goalscope.tracker import evidence_of
 from goalscope.types import UNSPECIFIED, GoalscopeError, InvalidInputError
 
 __all__ = ["Dialogue", "infer", "read_dialogues", "trim_output"]

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import itertools
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
+from inspect import signature
 from typing import Any, Literal, Protocol, cast
 
 import numpy as np
@@ -27,6 +28,7 @@ from goalscope.types import (
 )
 
 __all__ = ["DEFAULT_LAYOUT", "Layout", "Likelihood", "RolePlay"]
+__all__ += ["calibration_of", "evidence_of", "misfit", "unusable"]
 
 Array = npt.NDArray[np.float64]
 Layout = Literal["goal-first", "goal-last"]
@@ -190,3 +192,78 @@ class RolePlay:
         else:
             system, query = render("goal_last", task=task, goal=text, query=last.query)
         return [system, *transcript(past), query]
+
+
+def evidence_of(
+    likelihood: Likelihood,
+    task: str,
+    goals: Sequence[Goal],
+    turns: Sequence[Turn],
+    *,
+    since: int = 0,
+) -> Array:
+    """[T - since, G] evidence in nats, from any likelihood.
+
+    Raises:
+        InvalidInputError: The likelihood returned something else.
+    """
+    found = likelihood.log_likelihood(task, goals, turns, since=since)
+    expected = (len(turns) - since, len(goals))
+    shape = getattr(found, "shape", type(found).__name__)
+    if shape != expected:
+        raise InvalidInputError(
+            f"{type(likelihood).__name__}.log_likelihood must return an array of "
+            f"{list(expected)} (turns from `since` on, goals), not {shape}."
+        )
+    try:
+        table = np.asarray(found, dtype=np.float64)
+    except (TypeError, ValueError) as error:
+        raise InvalidInputError(
+            f"{type(likelihood).__name__}.log_likelihood must return numbers in nats ({error})."
+        ) from None
+    wrong = np.isnan(table) | np.isposinf(table)
+    if wrong.any():
+        goal = goals[int(wrong.any(axis=0).argmax())]
+        raise InvalidInputError(
+            f"{type(likelihood).__name__}.log_likelihood must return numbers in nats, or -inf for "
+            f"what is impossible, not {table[wrong][0]} for {goal.text!r}."
+        )
+    return table
+
+
+def unusable(likelihood: object) -> str:
+    """Why a user's own likelihood cannot be used; empty if it can."""
+    if isinstance(likelihood, type):
+        return f"it is a class; give an instance, {likelihood.__name__}(...)"
+    if not hasattr(likelihood, "log_likelihood"):
+        return "it has no method log_likelihood; see goalscope.likelihood.Likelihood"
+    method = cast("Likelihood", likelihood).log_likelihood
+    if wrong := misfit(method, "", [], [], since=0):
+        return f"log_likelihood(task, goals, turns, *, since=0) is what it needs ({wrong})"
+    return ""
+
+
+def misfit(function: Callable[..., object], *given: object, **named: object) -> str:
+    """Why a function cannot be called with these arguments; empty if it can."""
+    try:
+        signature(function).bind(*given, **named)
+    except TypeError as error:
+        return str(error)
+    except ValueError:
+        pass  # it is not written in Python
+    return ""
+
+
+def calibration_of(likelihood: Likelihood) -> Calibration:
+    """The calibration of any likelihood.
+
+    Raises:
+        InvalidInputError: It has none.
+    """
+    found = cast("object", getattr(likelihood, "calibration", None))
+    if not isinstance(found, Calibration):
+        raise InvalidInputError(
+            f"The attribute calibration of {type(likelihood).__name__} must be a Calibration, such "
+            f"as PAPER, not {found!r}."
+        )
+    return found

@@ -8,11 +8,10 @@ from typing import Any
 from goalscope.benchmarks.baselines import bm25, embedding, outright, tfidf
 from goalscope.datasets import Case, said_key
 from goalscope.datasets.goal_sets import goal_key
-from goalscope.likelihood import Layout, Likelihood, RolePlay
+from goalscope.likelihood import Layout, Likelihood, RolePlay, evidence_of
 from goalscope.models import OpenModel
 from goalscope.models.adapters import FITTED_DIALOGUES, FITTED_GOALS
 from goalscope.models.opening import parts
-from goalscope.tracker import evidence_of
 from goalscope.types import UNSPECIFIED
 
 __all__ = ["measure_dialogue", "measure_evidence"]
