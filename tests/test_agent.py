@@ -206,7 +206,7 @@ def test_guesses_follow_an_aim_alone_and_are_told() -> None:
         agent = agent_in(env)
         round = agent.step("What now?", words)
         assert env.on == on
-        told = "Guessed, not asked for: lamp (to have lamp light)."
+        told = "Because you mentioned it: lamp (to have lamp light)."
         assert (told in round.notes) == bool(on)
 
 

@@ -10,7 +10,7 @@ from typing import Literal
 from goalscope.belief import Belief
 from goalscope.calibration import DEFAULT, Calibration
 from goalscope.dialog import FALLBACK, OPENING, Human, ask, completes
-from goalscope.envs import GUESSED, Environment, Pick
+from goalscope.envs import GUESSED, MENTIONED, Environment, Pick
 from goalscope.episode import Round, retracted
 from goalscope.executor import Execution, Executor
 from goalscope.goals import UNEXPLAINED, GoalManager, Trigger
@@ -38,6 +38,7 @@ from goalscope.types import (
     pluralize,
 )
 from goalscope.why import in_words
+from goalscope.words import contains, head_words, names, singular, singulars
 from goalscope.writer import Recalling, Writer
 
 __all__ = ["NO_ANSWER", "NO_GOAL", "Agent", "Method", "run_episode"]
@@ -189,6 +190,13 @@ class Agent:
         asked = (
             [order for order in last.reading.orders if order.do == "ask"] if last.reading else []
         )
+        if any(order.what for order in asked):
+            named = self.env.mentions(last.turn.utterance)
+            asked += [
+                Order("ask", each)
+                for each in named
+                if not any(names(order.what, each) for order in asked)
+            ]
         standing = self._executor.standing(self.rounds)
         told = (self.env.answer(order, standing, self._pick) for order in asked)
         found = list(dict.fromkeys(each for each in told if each))
@@ -247,7 +255,7 @@ class Agent:
                 results=(*done.results, *outcome.results),
                 replans=outcome.replans,
                 status=self.env.status(),
-                notes=(*unread, *unexplained, *self._notes(reading, done, outcome)),
+                notes=(*unread, *unexplained, *self._notes(turn, reading, done, outcome)),
                 question=done.question,
                 pending=tuple(done.pending),
                 released=done.released,
@@ -417,7 +425,9 @@ class Agent:
         ranked = self.belief.top() if self.belief else ()
         return [each for each in ranked if each[0] != UNSPECIFIED][: self.k]
 
-    def _notes(self, reading: Reading, done: Execution, outcome: Outcome) -> Iterator[str]:
+    def _notes(
+        self, turn: Turn, reading: Reading, done: Execution, outcome: Outcome
+    ) -> Iterator[str]:
         """What the person should be told of a round."""
         if self.tracker:
             yield from self.tracker.notes
@@ -427,8 +437,12 @@ class Agent:
             yield f"Not done: {each.action}. {each.observation}"
         if len(failed) > _FAILURES:
             yield f"And {len(failed) - _FAILURES} more could not be done."
-        if outcome.guessed:
-            yield f"{GUESSED}{_by_goal(outcome.guessed)}."
+        said = " ".join(each.utterance for each in (*self.turns, turn))
+        mentioned = [each for each in outcome.guessed if _is_mentioned(each.target, said)]
+        if guessed := [each for each in outcome.guessed if each not in mentioned]:
+            yield f"{GUESSED}{_by_goal(guessed)}."
+        if mentioned:
+            yield f"{MENTIONED}{_by_goal(mentioned)}."
         for held in outcome.held:
             yield f"Held back until it is clear what you want: {held}."
         asked = any(each.do == "ask" and not (each.what or each.where) for each in reading.orders)
@@ -444,6 +458,11 @@ def _by_goal(guessed: Sequence[Guess]) -> str:
     return "; ".join(
         f"{', '.join(targets)}{f' (to {goal})' if goal else ''}" for goal, targets in found.items()
     )
+
+
+def _is_mentioned(name: str, said: str) -> bool:
+    """Whether words name the thing, by the noun that says what it is: "candles", by any kind."""
+    return contains(singulars(said), [singular(word) for word in head_words(name)[-1:]])
 
 
 def _answered(turn: Turn) -> str:

@@ -121,7 +121,7 @@ class GroceryShop(Environment):
             each.do == "avoid" and names(name, each.what) for each in standing.limits
         ):
             return []
-        bounds = bounds_of(standing)
+        bounds = bounds_of(standing, self._choice.labelled)
         most = None if bounds.budget is None else (bounds.budget - self.total) / _AT_ONCE
         found = self._choice.offers(name, bounds, {*self._basket, *self._taken_out})
         return [
@@ -147,7 +147,7 @@ class GroceryShop(Environment):
         """See `Environment.resolve`: limits remove violations."""
         if self._bought:
             return Resolution(why="The basket is bought already.")
-        bounds = bounds_of(standing)
+        bounds = bounds_of(standing, self._choice.labelled)
         match order.do:
             case "add" | "set":
                 return self._add(order, bounds, standing)
@@ -159,7 +159,8 @@ class GroceryShop(Environment):
                 return Resolution(tuple(self._out(self._contents())), self._if_empty())
             case "buy":
                 buys = (Action("buy basket"),) if self._basket else ()
-                return Resolution(buys, self._if_empty())
+                nothing = "There is nothing to buy: the basket is empty."
+                return Resolution(buys, "" if buys else nothing)
             case "budget":
                 return Resolution(why=self._over(bounds))
             case "avoid" | "only":
@@ -183,7 +184,7 @@ class GroceryShop(Environment):
             sign = {"add item": -1, "remove item": 1}.get(result.action.name, 0)
             name = result.action.target
             moved[name] = moved.get(name, 0) + sign * result.action.quantity
-        bounds = bounds_of(standing)
+        bounds = bounds_of(standing, self._choice.labelled)
         items = [item for name in moved if (item := self.catalogue.get(name))]
         out = [item for item in items if moved[item.name] > 0 and not bounds.permits(item)]
         told = [f"{item.name} stays out: {bounds.against(item)}." for item in out]
@@ -194,7 +195,7 @@ class GroceryShop(Environment):
 
     def answer(self, order: Order, standing: Standing, pick: Pick) -> str:
         """The facts about a thing, such as its price and labels; by default, about the basket."""
-        bounds = bounds_of(standing)
+        bounds = bounds_of(standing, self._choice.labelled)
         if not _WHOLE.issuperset(singulars(order.what)):
             return self._choice.facts(order.what, self._basket, bounds)
         told = [self.status()]
@@ -212,7 +213,12 @@ class GroceryShop(Environment):
             told.append(f"For some, it has to be {' and '.join(sorted(bounds.some))}.")
         if bounds.refused:
             told.append(f"You want no {', no '.join(bounds.refused)}.")
-        return "\n".join(told)
+        told.append(bounds.unknown(item for item, _ in self._contents()))
+        return "\n".join(filter(None, told))
+
+    def mentions(self, text: str) -> list[str]:
+        """See `Environment.mentions`."""
+        return self._choice.mentions(text)
 
     def step(self, action: Action) -> StepResult:
         """Take one action. An impossible one changes nothing and says why."""
@@ -259,9 +265,8 @@ class GroceryShop(Environment):
         if not number:
             return Resolution(why=f"The basket holds {held} x {item.name} already.")
         price = (item.price or Decimal(0)) * room
-        return Resolution(
-            (_change(item.name, room),) if room else (), over or self._over(bounds, price)
-        )
+        told = (over or self._over(bounds, price), bounds.unknown([item]))
+        return Resolution((_change(item.name, room),) if room else (), _sentences(told))
 
     def _is_guess(self, item: Item, order: Order, bounds: Bounds, standing: Standing) -> bool:
         """Whether nobody has asked for an item before this order."""
@@ -303,7 +308,8 @@ class GroceryShop(Environment):
             return Resolution(why=f"The basket may hold {MOST} of {item.name}.")
         moved = [*(_change(each.name, -count) for each in old), _change(item.name, number)]
         missed = "" if old else f'The basket held nothing called "{order.what}".'
-        return Resolution(tuple(each for each in moved if each.quantity), missed)
+        told = _sentences((missed, bounds.unknown([item])))
+        return Resolution(tuple(each for each in moved if each.quantity), told)
 
     def _bind(self, order: Order, bounds: Bounds, standing: Standing) -> Resolution:
         """What a limit takes out of the basket; what names and labels cannot tell is said.
@@ -325,7 +331,9 @@ class GroceryShop(Environment):
             or any(names(item.name, refusal(order)) for item in self.catalogue.items)
         )
         why = f'I cannot tell by names and labels what is "{order.what}".'
-        return Resolution(tuple(self._out(against)), "" if told or diets_of(order) else why)
+        kept = [item for item, _ in self._contents() if stays(item)]
+        said = ("" if told or diets_of(order) else why, bounds.unknown(kept))
+        return Resolution(tuple(self._out(against)), _sentences(said))
 
     def _held(self, phrase: str, pick: Pick) -> list[Item]:
         """What of the basket a phrase means."""
@@ -396,6 +404,11 @@ class GroceryShop(Environment):
         total = self.catalogue.money(self.total)
         told = f"The basket is now purchased for {total}.\n{self.status()}"
         return StepResult(action, True, told, terminated=True, irreversible=True)
+
+
+def _sentences(told: Iterable[str]) -> str:
+    """What there is to tell, on one line."""
+    return " ".join(filter(None, told))
 
 
 def _wanted(orders: Sequence[Order]) -> list[str]:
