@@ -23,6 +23,7 @@ _PER_TERM = 5
 """Items offered for each search term."""
 
 _VAGUE = frozenset(WORDS["vague"].split())
+_ANY = frozenset(WORDS["any"].split())
 _OF_ITS_OWN = frozenset(WORDS["own"].split())
 _EXTREMES = {1: finder(WORDS["cheapest"]), -1: finder(WORDS["dearest"])}
 _UNLIKE = [name.strip() for name in WORDS["unlike"].split(",")]
@@ -89,6 +90,9 @@ class Choice:
         sign, phrase = self._extreme(phrase)
         if sign:
             basket = ()
+            aisle = [i for i in _of_aisle(phrase, self._catalogue.items) if bounds.permits(i)]
+            if found := _at_price(sign, filter(bounds.suits, aisle)) or _at_price(sign, aisle):
+                return found
         exact = self._names.get(" ".join(phrase.casefold().split()))
         if exact and bounds.permits(exact) and not sign:
             return exact
@@ -142,19 +146,21 @@ class Choice:
         for sign, listed in _EXTREMES.items():
             if found := listed.search(said):
                 rest = self._search.pruned(said[: found.start()] + said[found.end() :])
-                return sign, "" if _is_vague(rest) else rest
+                is_any = _ANY.issuperset(singulars(rest))
+                return sign, "" if is_any else rest
         return 0, phrase
 
     def held(self, phrase: str, items: Sequence[Item]) -> list[Item]:
         """Those of `items`, such as a basket's, that a phrase means."""
         sign, kind = self._extreme(phrase)
         if sign:
-            found = _at_price(sign, self.held(kind, items) if kind else items)
+            alike = (_of_aisle(kind, items) or self.held(kind, items)) if kind else items
+            found = _at_price(sign, alike)
             return [found] if found else []
         for text in dict.fromkeys((phrase, *self._nearly(phrase))):
             if found := _called(text, items) or self.usually(text, items):
                 return found
-        return [item for item in items if singulars(item.category) == singulars(phrase)]
+        return _of_aisle(phrase, items)
 
     def usually(self, phrase: str, items: Sequence[Item]) -> list[Item]:
         """Those of `items` that people mean by a bare word: cod, by "fish"."""
@@ -265,6 +271,11 @@ class Choice:
 def _usual(phrase: str) -> Sequence[str]:
     """What people mean by `phrase` who name no kind: "bread" as "white sandwich bread"."""
     return _USUAL.get(phrase) or _USUAL.get(" ".join(singulars(phrase)), ())
+
+
+def _of_aisle(phrase: str, items: Iterable[Item]) -> list[Item]:
+    """Those of `items` whose category a phrase names."""
+    return [item for item in items if singulars(item.category) == singulars(phrase) != []]
 
 
 def _at_price(sign: int, items: Iterable[Item]) -> Item | None:

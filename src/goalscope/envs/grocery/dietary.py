@@ -20,11 +20,12 @@ from goalscope.envs.grocery.diets import (
     finder,
     folded,
     implying,
+    is_label,
     is_plain,
     phrases,
     read_label,
 )
-from goalscope.envs.grocery.natures import nature
+from goalscope.envs.grocery.natures import is_made, nature
 from goalscope.orders import Order
 from goalscope.standing import GRAVE, Standing
 from goalscope.words import contains
@@ -91,23 +92,24 @@ def verdict(item: Item, restriction: str, *, is_labelled: bool = False) -> Verdi
     if restriction in claims.hints:
         return "violates"
     name = " ".join(folded(item.name))
-    aisles = [" ".join(folded(part)) for part in _AISLES.split(item.category) if part.strip()]
-    of_aisle = read_label(item.category) if len(aisles) == 1 else Claims()
-    if finder(diet.harmless).search(name) or of_aisle.fits & either:
+    of_aisle = read_label(item.category)
+    if finder(diet.harmless).search(name) or (is_label(item.category) and of_aisle.fits & either):
         return "fits"
     if not diet.violating:
         return "violates" if is_labelled else "unknown"
     violating = finder(diet.violating)
     is_named = bool(violating.search(finder(diet.saving).sub("|", name)))
-    if not is_named and is_plain(item.name, diet.known):
+    if not is_named and is_plain(item.name, diet.known) and not is_made(item.category):
         return "fits"
     kind = nature(item.name, item.category)
     if kind == "thing" or (kind == "mixture" and not is_named):
         return "fits"
     if is_named or restriction in of_aisle.violates:
         return "violates"
-    rest = [violating.sub("", finder(diet.saving).sub("|", aisle)).split() for aisle in aisles]
-    return "violates" if rest and all(_MERE.issuperset(each) for each in rest) else "unknown"
+    aisles = [" ".join(folded(part)) for part in _AISLES.split(item.category) if part.strip()]
+    rests = [violating.subn("", finder(diet.saving).sub("|", aisle)) for aisle in aisles]
+    is_theirs = rests and all(found and _MERE.issuperset(rest.split()) for rest, found in rests)
+    return "violates" if is_theirs else "unknown"
 
 
 def _claims(item: Item) -> Claims:
@@ -122,7 +124,8 @@ def _lacks(item: Item, thing: str) -> Verdict:
     """Whether an item is free of a thing that is no restriction of `DIETS`, such as kiwi."""
     if contains(folded(item.name), folded(thing)):
         return "violates"
-    is_clear = is_plain(item.name) or nature(item.name, item.category) != "food"
+    is_alone = is_plain(item.name) and not is_made(item.category)
+    is_clear = is_alone or nature(item.name, item.category) != "food"
     return "fits" if is_clear else "unknown"
 
 

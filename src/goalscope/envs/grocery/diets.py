@@ -19,6 +19,7 @@ __all__ = [
     "finder",
     "folded",
     "implying",
+    "is_label",
     "is_plain",
     "phrases",
     "read_label",
@@ -122,7 +123,7 @@ def _read_diets() -> dict[str, Diet]:
 DIETS = _read_diets()
 """The restrictions by name."""
 
-_PLAIN = _TABLES["plain"]["names"]
+_PLAIN, _SIDE = _TABLES["plain"]["names"], _TABLES["plain"]["side"]
 _BESIDE = frozenset(folded(_TABLES["plain"]["beside"]))
 _NOT, _PRESENT, _FILL = (
     frozenset(folded(_TABLES["labels"][key])) for key in ("lacking", "holding", "mere")
@@ -134,7 +135,7 @@ _ABSENT = ",".join(diet.absent for diet in DIETS.values() if diet.absent)
 
 @lru_cache(maxsize=65536)
 def is_plain(name: str, known: str = "") -> bool:
-    """Whether a name says all that its thing contains, as "Organic Bananas, 1 kg" does.
+    """Whether a name says all that its thing contains, as "Organic Bananas, 1 kg" does: one thing.
 
     Args:
         name: Of an item.
@@ -142,7 +143,9 @@ def is_plain(name: str, known: str = "") -> bool:
     """
     said = " ".join(word for word in folded(name) if not _MEASURE.fullmatch(word))
     rest, found = finder(f"{_PLAIN}, {known}").subn(" ", said)
-    return found > 0 and _BESIDE.issuperset(rest.split())
+    if not found:
+        rest, found = finder(_SIDE).subn(" ", said)
+    return found == 1 and _BESIDE.issuperset(finder(_SIDE).sub(" ", rest).split())
 
 
 @lru_cache(maxsize=16384)
@@ -156,6 +159,14 @@ def read_label(text: str) -> Claims:
         leading = polarity.intersection(said[:1]) or leading
         claims |= _read([*(() if polarity else leading), *said])
     return Claims(claims.fits, _with_stricter(claims.violates), _with_stricter(claims.hints))
+
+
+def is_label(text: str) -> bool:
+    """Whether a text is nothing but the name of a restriction, as that of an aisle may be."""
+    bare = " ".join(word for word in folded(text) if word not in _FILL)
+    return any(
+        bare in phrases(f"{name}, {diet.named}, {diet.labels}") for name, diet in DIETS.items()
+    )
 
 
 def implying(restriction: str) -> list[str]:

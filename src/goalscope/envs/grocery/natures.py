@@ -1,4 +1,4 @@
-"""What an item is by nature: food, another mixture such as a soap, or a thing such as a cake pan."""
+"""What an item is: food, another mixture such as a soap, or a thing such as a cake pan."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from goalscope.envs.grocery.catalogue import Catalogue
 from goalscope.models.embedding import embedded
 from goalscope.words import head_words, singular, singulars
 
-__all__ = ["Nature", "nature"]
+__all__ = ["Nature", "is_made", "nature"]
 
 Nature = Literal["food", "mixture", "thing"]
 """What people eat, drink or take; other mixtures, such as cosmetics and pet food; and all else."""
@@ -58,29 +58,39 @@ def nature(name: str, category: str) -> Nature:
         if named := _NAMED.get((*head[-size:],)):
             return named
     of_name, of_aisle = embedded([name, category])
-    near = {
-        kind: float((vectors @ (of_aisle if category else of_name)).max())
-        for kind, vectors in _aisles().items()
-    }
+    near = _nearness(of_aisle if category else of_name)
+    food = max(near["plain"], near["made"])
     evidence = float(of_name @ _weights()[:-1] + _weights()[-1])
     if category:
-        evidence += _AISLE_WEIGHT * (max(near["mixture"], near["thing"]) - near["food"])
+        evidence += _AISLE_WEIGHT * (max(near["mixture"], near["thing"]) - food)
     if evidence <= (_LEAST if category else _LEAST_ALONE):
         return "food"
     return "mixture" if near["mixture"] > near["thing"] else "thing"
 
 
-@cache
-def _aisles() -> dict[Nature, _Vectors]:
-    kinds: tuple[Nature, ...] = ("food", "mixture", "thing")
-    return {kind: embedded(_AISLES[kind]) for kind in kinds}
+@lru_cache(maxsize=4096)
+def is_made(category: str) -> bool:
+    """Whether an aisle holds food that is made of several things: "Raspberry", among the cakes."""
+    near = _nearness(embedded([category])[0])
+    return bool(category) and near["made"] > near["plain"]
+
+
+def _nearness(vector: _Vectors) -> dict[str, float]:
+    """The nearness of the nearest usual aisle of each kind."""
+    return {kind: float((vectors @ vector).max()) for kind, vectors in _aisles().items()}
 
 
 @cache
-def _weights() -> npt.NDArray[np.float64]:
+def _aisles() -> dict[str, _Vectors]:
+    return {kind: embedded(_AISLES[kind]) for kind in ("plain", "made", "mixture", "thing")}
+
+
+@cache
+def _weights() -> npt.NDArray[np.floating]:
     """[257] weights of a name's vector, and the intercept: ridge regression, balanced classes."""
     items = [item for item in Catalogue.load().items if item.category not in _OWN_MIXED]
-    others, foods = [*_AISLES["mixture"], *_AISLES["thing"]], _AISLES["food"]
+    others = [*_AISLES["mixture"], *_AISLES["thing"]]
+    foods = [*_AISLES["plain"], *_AISLES["made"]]
     names = embedded([*(item.name for item in items), *others, *foods]).astype(np.float64)
     is_other = np.array(
         [*(item.category in _OWN_THINGS for item in items), *[True] * len(others)]
