@@ -162,6 +162,15 @@ class Environment:
         """
         return ""
 
+    def caution(self, results: Sequence[StepResult], standing: Standing) -> str:
+        """What to warn of after orders were carried out, in one line; "" for nothing.
+
+        Args:
+            results: Of the orders.
+            standing: What holds.
+        """
+        return ""
+
     def mentions(self, text: str) -> list[str]:
         """The things that a text names, as in "is oat milk dearer than soy milk?".
 

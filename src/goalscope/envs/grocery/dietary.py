@@ -7,7 +7,7 @@ what the item is: a banana and a cake pan need no label.
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from decimal import Decimal
 from functools import lru_cache
@@ -178,14 +178,31 @@ class Bounds:
         for bound in (*sorted(self.diets), *(r for r in self.refused if r in self.grave)):
             names = [item.name for item in items if self._judged(item, bound) == "unknown"]
             fit = bound if bound in self.diets else f'free of "{bound}"'
-            more = f" and {len(names) - _NAMED} more" if len(names) > _NAMED else ""
-            told += [f"Not known to be {fit}: {', '.join(names[:_NAMED])}{more}."] if names else []
+            told += [f"Not known to be {fit}: {_listed(names)}."] if names else []
         return " ".join(told)
+
+    def told(self, restriction: str, items: Iterable[Item]) -> str:
+        """Which of some items are known to fit a restriction of `DIETS`, and which are not."""
+        fits: dict[Verdict, list[str]] = {"fits": [], "unknown": [], "violates": []}
+        for item in items:
+            judged = verdict(item, restriction, is_labelled=restriction in self.labelled)
+            fits[judged].append(item.name)
+        ways = {
+            "fits": f"Known to be {restriction}",
+            "unknown": f"Not known to be {restriction}",
+            "violates": f"Not {restriction}",
+        }
+        return " ".join(f"{ways[key]}: {_listed(names)}." for key, names in fits.items() if names)
 
     def _judged(self, item: Item, bound: str) -> Verdict:
         if bound in self.diets or bound in self.some:
             return verdict(item, bound, is_labelled=bound in self.labelled)
         return _lacks(item, bound)
+
+
+def _listed(names: Sequence[str]) -> str:
+    more = f" and {len(names) - _NAMED} more" if len(names) > _NAMED else ""
+    return ", ".join(names[:_NAMED]) + more
 
 
 def bounds_of(standing: Standing, labelled: frozenset[str] = frozenset()) -> Bounds:
@@ -232,7 +249,7 @@ def diets_of(limit: Order) -> frozenset[str]:
     if limit.do == "only":
         names = {name: f"{name}, {diet.named}" for name, diet in DIETS.items()}
     elif limit.why == "allergy":
-        names = {name: f"{diet.refused}, {diet.allergens}" for name, diet in DIETS.items()}
+        names = {n: f"{diet.refused}, {diet.allergens}, {diet.named}" for n, diet in DIETS.items()}
     else:
         names = {name: diet.refused for name, diet in DIETS.items()}
     if limit.why == "allergy" or (limit.do == "only" and limit.why in GRAVE):

@@ -16,6 +16,7 @@ __all__ = [
     "DIETS",
     "Claims",
     "Diet",
+    "diet_named",
     "finder",
     "folded",
     "implying",
@@ -72,7 +73,8 @@ class Claims:
     Attributes:
         fits: The item fits them: "suitable for vegans".
         violates: It does not: "contains milk", "non-veg".
-        hints: A label is the bare name of what they rule out: "milk".
+        hints: A label gives reason to think so, where no other says that it fits: "milk", or
+            "contains milk", of something that may be free of lactose.
     """
 
     fits: frozenset[str] = frozenset()
@@ -163,10 +165,18 @@ def read_label(text: str) -> Claims:
 
 def is_label(text: str) -> bool:
     """Whether a text is nothing but the name of a restriction, as that of an aisle may be."""
+    return bool(diet_named(text))
+
+
+def diet_named(text: str) -> str:
+    """The restriction of which a text is nothing but a name; "" if it is none."""
     bare = " ".join(word for word in folded(text) if word not in _FILL)
-    return any(
-        bare in phrases(f"{name}, {diet.named}, {diet.labels}") for name, diet in DIETS.items()
-    )
+    names = (name for name, diet in DIETS.items() if bare in phrases(_names_of(name, diet)))
+    return next(names, "")
+
+
+def _names_of(name: str, diet: Diet) -> str:
+    return f"{name}, {diet.named}, {diet.labels}"
 
 
 def implying(restriction: str) -> list[str]:
@@ -188,7 +198,7 @@ def _read(said: Sequence[str]) -> Claims:
     for name, diet in DIETS.items():
         ruled_out = f"{diet.refused}, {diet.allergens}"
         saved = finder(diet.saving).sub("|", text)
-        if own := finder(f"{name}, {diet.named}, {diet.labels}").search(saved):
+        if own := finder(_names_of(name, diet)).search(saved):
             before = [word for word in saved[: own.start()].split() if word not in _FILL]
             if _NOT.intersection(before[-1:]):
                 claimed["violates"].add(name)
@@ -200,8 +210,11 @@ def _read(said: Sequence[str]) -> Claims:
             continue
         elif _PRESENT.intersection(said):
             held = finder(diet.saving).sub("|", bare)
-            if finder(f"{ruled_out}, {diet.violating}").search(held):
+            named = ruled_out if diet.refused else diet.violating
+            if finder(named).search(held):
                 claimed["violates"].add(name)
+            elif finder(diet.violating).search(held):
+                claimed["hints"].add(name)
         elif bare in phrases(f"{ruled_out}, {diet.absent}"):
             claimed["hints"].add(name)
     return Claims(**{key: frozenset(names) for key, names in claimed.items()})

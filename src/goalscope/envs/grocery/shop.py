@@ -10,6 +10,7 @@ from goalscope.envs import Environment, Pick, Resolution
 from goalscope.envs.grocery.catalogue import Catalogue, Item
 from goalscope.envs.grocery.choosing import MOST, Choice, packages
 from goalscope.envs.grocery.dietary import Bounds, bounds_of, diets_of, refusal
+from goalscope.envs.grocery.diets import diet_named
 from goalscope.envs.grocery.profiles import checks_met, unwanted
 from goalscope.envs.grocery.search import Search
 from goalscope.envs.tables import read_examples
@@ -196,7 +197,10 @@ class GroceryShop(Environment):
     def answer(self, order: Order, standing: Standing, pick: Pick) -> str:
         """The facts about a thing, such as its price and labels; by default, about the basket."""
         bounds = bounds_of(standing, self._choice.labelled)
-        if not _WHOLE.issuperset(singulars(order.what)):
+        about = " ".join(word for word in singulars(order.what) if word not in _WHOLE)
+        if self._basket and (diet := diet_named(about)):
+            return bounds.told(diet, (item for item, _ in self._contents()))
+        if about:
             return self._choice.facts(order.what, self._basket, bounds)
         told = [self.status()]
         if bounds.budget is not None:
@@ -215,6 +219,12 @@ class GroceryShop(Environment):
             told.append(f"You want no {', no '.join(bounds.refused)}.")
         told.append(bounds.unknown(item for item, _ in self._contents()))
         return "\n".join(filter(None, told))
+
+    def caution(self, results: Sequence[StepResult], standing: Standing) -> str:
+        """See `Environment.caution`: what came and is not known to fit the diets."""
+        came = dict.fromkeys(each.action.target for each in results if each.ok)
+        items = (item for item, _ in self._contents() if item.name in came)
+        return bounds_of(standing, self._choice.labelled).unknown(items)
 
     def mentions(self, text: str) -> list[str]:
         """See `Environment.mentions`."""
@@ -265,8 +275,9 @@ class GroceryShop(Environment):
         if not number:
             return Resolution(why=f"The basket holds {held} x {item.name} already.")
         price = (item.price or Decimal(0)) * room
-        told = (over or self._over(bounds, price), bounds.unknown([item]))
-        return Resolution((_change(item.name, room),) if room else (), _sentences(told))
+        return Resolution(
+            (_change(item.name, room),) if room else (), over or self._over(bounds, price)
+        )
 
     def _is_guess(self, item: Item, order: Order, bounds: Bounds, standing: Standing) -> bool:
         """Whether nobody has asked for an item before this order."""
@@ -308,8 +319,7 @@ class GroceryShop(Environment):
             return Resolution(why=f"The basket may hold {MOST} of {item.name}.")
         moved = [*(_change(each.name, -count) for each in old), _change(item.name, number)]
         missed = "" if old else f'The basket held nothing called "{order.what}".'
-        told = _sentences((missed, bounds.unknown([item])))
-        return Resolution(tuple(each for each in moved if each.quantity), told)
+        return Resolution(tuple(each for each in moved if each.quantity), missed)
 
     def _bind(self, order: Order, bounds: Bounds, standing: Standing) -> Resolution:
         """What a limit takes out of the basket; what names and labels cannot tell is said.
