@@ -334,6 +334,7 @@ def test_what_has_no_price_is_neither_cheapest_nor_dearest() -> None:
     [
         ("Is oat milk cheaper than soy milk?", "ask oat milk", ["$3.09", "$3.29"]),
         ("what costs more, salmon fillets or cod fillets?", "ask salmon fillets", ["$8.39"]),
+        ("how many eggs are in a box?", "ask eggs", [""]),
         ("what's the cheapest butter?", "ask cheapest butter", ["$3.09"]),
     ],
 )

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Generator, Iterator, Sequence
+from collections.abc import Callable, Generator, Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import replace
 from typing import Literal
@@ -51,6 +51,9 @@ NO_GOAL = "The goals do not explain the newest words, and no better ones were fo
 
 NO_ANSWER = "I cannot answer that."
 """The answer to a question about something that is not known here."""
+
+_MENTIONS = 4
+"""Most things that a question is answered for besides the one that was read."""
 
 _FAILURES = 3
 """Most failures that a round's notes tell one by one."""
@@ -191,7 +194,7 @@ class Agent:
             [order for order in last.reading.orders if order.do == "ask"] if last.reading else []
         )
         if any(order.what for order in asked):
-            named = self.env.mentions(last.turn.utterance)
+            named = self.env.mentions(last.turn.utterance)[:_MENTIONS]
             asked += [
                 Order("ask", each)
                 for each in named
@@ -438,7 +441,8 @@ class Agent:
         if len(failed) > _FAILURES:
             yield f"And {len(failed) - _FAILURES} more could not be done."
         said = " ".join(each.utterance for each in (*self.turns, turn))
-        mentioned = [each for each in outcome.guessed if _is_mentioned(each.target, said)]
+        named = [said, *self.env.mentions(said)] if outcome.guessed else []
+        mentioned = [each for each in outcome.guessed if _is_mentioned(each.target, named)]
         if guessed := [each for each in outcome.guessed if each not in mentioned]:
             yield f"{GUESSED}{_by_goal(guessed)}."
         if mentioned:
@@ -460,9 +464,10 @@ def _by_goal(guessed: Sequence[Guess]) -> str:
     )
 
 
-def _is_mentioned(name: str, said: str) -> bool:
-    """Whether words name the thing, by the noun that says what it is: "candles", by any kind."""
-    return contains(singulars(said), [singular(word) for word in head_words(name)[-1:]])
+def _is_mentioned(name: str, said: Iterable[str]) -> bool:
+    """Whether words name the thing, by the noun that says what it is: candles of any kind."""
+    head = [singular(word) for word in head_words(name)[-1:]]
+    return any(contains(singulars(each), head) for each in said)
 
 
 def _answered(turn: Turn) -> str:

@@ -172,9 +172,9 @@ class Environment:
         return ""
 
     def mentions(self, text: str) -> list[str]:
-        """The things that a text names, as in "is oat milk dearer than soy milk?".
+        """The things here that a text names, as in "is oat milk dearer than soy milk?".
 
-        A question is answered for each of them, beside the one that was read.
+        A question is answered for each of them, and what was guessed is told apart from them.
         """
         return []
 

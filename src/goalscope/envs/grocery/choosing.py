@@ -41,9 +41,6 @@ _LABELLED = 2
 _LONGEST = 4
 """Most words of a phrase that a question mentions."""
 
-_MENTIONS = 4
-"""Most such phrases."""
-
 _NEAR = 100
 """Items among which an answer looks for a thing."""
 
@@ -197,19 +194,21 @@ class Choice:
         return [] if any(item.name in decided for item in offers) else offers
 
     def mentions(self, text: str) -> list[str]:
-        """What of the shop a text names, by the longest phrases that are names' ends."""
-        said, found = singulars(text), list[str]()
+        """What of the shop a text names, in its words: the longest phrases that end names."""
+        said, found = singulars(self._search.translated(text)), list[str]()
         while said:
             sizes = range(min(_LONGEST, len(said)), 0, -1)
             size = next((size for size in sizes if self._is_here(" ".join(said[:size]))), 0)
             found += [" ".join(said[:size])] if size else []
             said = said[size or 1 :]
-        return found[:_MENTIONS]
+        return found
 
     def _is_here(self, phrase: str) -> bool:
         """Whether something here is what a phrase of more than vague words says."""
-        is_empty = _is_vague(phrase) or not self._search.pruned(phrase)
-        return not is_empty and bool(_headed(phrase, self._search.named(phrase)))
+        is_empty = _PACKAGES.issuperset(singulars(phrase)) or not self._search.pruned(phrase)
+        return not (is_empty or _is_vague(phrase)) and bool(
+            _headed(phrase, self._search.named(phrase))
+        )
 
     def facts(self, what: str, basket: Mapping[str, int], bounds: Bounds) -> str:
         """The prices and labels of what a phrase means, and what rules it out."""
