@@ -2,8 +2,12 @@
 
 from __future__ import annotations
 
+import csv
+import os
 from collections.abc import Mapping
+from dataclasses import replace
 from decimal import Decimal
+from pathlib import Path
 
 import pytest
 
@@ -12,10 +16,12 @@ from goalscope.agent import Agent
 from goalscope.envs.grocery import Catalogue, GroceryShop, Item
 from goalscope.envs.grocery.dietary import bounds_of, labelled_in, verdict
 from goalscope.envs.grocery.diets import DIETS, read_label
+from goalscope.envs.grocery.natures import nature
 from goalscope.orders import Order
 from goalscope.types import Action, StepResult
 from shops import CATALOGUE, PICK, SEARCH, follow, shop, standing_after
 
+DATA = os.environ.get("GOALSCOPE_DATA")
 ROWS = (
     ("Crème fraîche", "cheese & dairy"),
     ("Gruyère", "cheese & dairy"),
@@ -157,6 +163,43 @@ def test_an_item_fits_only_where_that_is_known(name, category, tags, diet, right
 def test_what_is_no_food_breaks_no_diet_and_is_not_named(name: str, category: str) -> None:
     wanting = {diet for diet in DIETS if diet != "organic"}
     assert {diet for diet in wanting if judged(name, category, diet=diet) != "fits"} == set()
+
+
+def test_no_item_is_said_to_fit_that_its_label_denies(record_property) -> None:
+    said = wrong = 0
+    for diet in ("gluten-free", "vegan", "vegetarian", "dairy-free", "nut-free", "egg-free"):
+        for item in CATALOGUE.items:
+            if verdict(replace(item, tags=frozenset()), diet) == "fits":
+                said += 1
+                wrong += verdict(item, diet) != "fits"
+    assert said > 3000, "else the test could not fail"
+    assert wrong == 0
+    record_property("measured", f"{said:,} times said to fit without labels: {wrong} wrongly")
+
+
+@pytest.mark.skipif(not DATA, reason="GOALSCOPE_DATA (a folder of shops' CSVs) is unset")
+def test_foods_are_hardly_ever_taken_for_other_things(record_property) -> None:
+    name = "instacart_products_aisles_departments.csv"
+    with (Path(str(DATA)) / "grocery" / name).open(encoding="utf-8", newline="") as file:
+        rows = [*csv.DictReader(file)]
+    mixed = ("missing", "other", "babies", "personal care")
+    foods, others = (
+        [
+            nature(row["product_name"], row["aisle"]) == "food"
+            for row in rows
+            if row["department"] not in mixed
+            and row["aisle"] != "baking supplies decor"
+            and (row["department"] in ("household", "pets")) == is_other
+        ]
+        for is_other in (False, True)
+    )
+    assert foods.count(False) / len(foods) < 0.003
+    assert others.count(False) / len(others) > 0.9
+    record_property(
+        "measured",
+        f"{foods.count(False)} of {len(foods):,} foods taken for things, and "
+        f"{others.count(True)} of {len(others):,} things for foods",
+    )
 
 
 def test_a_catalogue_of_labels_makes_what_lacks_a_mere_label_unfit() -> None:

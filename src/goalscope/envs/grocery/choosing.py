@@ -5,13 +5,15 @@ from __future__ import annotations
 import math
 import re
 from collections.abc import Collection, Iterable, Mapping, Sequence
+from functools import cached_property
 from typing import Literal
 
 from goalscope.envs.grocery.catalogue import Catalogue, Item
-from goalscope.envs.grocery.dietary import Bounds, labelled, labelled_in
-from goalscope.envs.grocery.diets import finder
+from goalscope.envs.grocery.dietary import Bounds, bounds_of, labelled, labelled_in
+from goalscope.envs.grocery.diets import DIETS, finder
 from goalscope.envs.grocery.search import WORDS, Search
 from goalscope.orders import Order
+from goalscope.standing import Standing
 from goalscope.words import contains, head_nouns, names, singular, singulars, words
 
 __all__ = ["MOST", "Choice", "packages"]
@@ -74,9 +76,16 @@ class Choice:
         """Choose among the items of `catalogue` with the help of its `search`."""
         self._catalogue = catalogue
         self._names = {item.name.casefold(): item for item in catalogue.items}
-        self.labelled = labelled_in(catalogue)
-        self._tags = {tag for item in catalogue.items for tag in item.tags} | self.labelled
+        self._tags = {tag for item in catalogue.items for tag in item.tags} | {*DIETS}
         self._search = search
+
+    def bounds(self, standing: Standing) -> Bounds:
+        """The bounds that the limits of a dialogue come to here."""
+        return bounds_of(standing, self._labels if standing.limits else frozenset())
+
+    @cached_property
+    def _labels(self) -> frozenset[str]:
+        return labelled_in(self._catalogue)
 
     def meant(self, phrase: str, bounds: Bounds, basket: Collection[str] = ()) -> Item | None:
         """The item that a phrase means: by its exact name, in the basket, usual, or plainest.

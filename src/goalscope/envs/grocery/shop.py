@@ -9,7 +9,7 @@ from goalscope import envs
 from goalscope.envs import Environment, Pick, Resolution
 from goalscope.envs.grocery.catalogue import Catalogue, Item
 from goalscope.envs.grocery.choosing import MOST, Choice, packages
-from goalscope.envs.grocery.dietary import Bounds, bounds_of, diets_of, refusal
+from goalscope.envs.grocery.dietary import Bounds, diets_of, refusal
 from goalscope.envs.grocery.diets import diet_named
 from goalscope.envs.grocery.profiles import checks_met, unwanted
 from goalscope.envs.grocery.search import Search
@@ -122,7 +122,7 @@ class GroceryShop(Environment):
             each.do == "avoid" and names(name, each.what) for each in standing.limits
         ):
             return []
-        bounds = bounds_of(standing, self._choice.labelled)
+        bounds = self._choice.bounds(standing)
         most = None if bounds.budget is None else (bounds.budget - self.total) / _AT_ONCE
         found = self._choice.offers(name, bounds, {*self._basket, *self._taken_out})
         return [
@@ -148,7 +148,7 @@ class GroceryShop(Environment):
         """See `Environment.resolve`: limits remove violations."""
         if self._bought:
             return Resolution(why="The basket is bought already.")
-        bounds = bounds_of(standing, self._choice.labelled)
+        bounds = self._choice.bounds(standing)
         match order.do:
             case "add" | "set":
                 return self._add(order, bounds, standing)
@@ -185,7 +185,7 @@ class GroceryShop(Environment):
             sign = {"add item": -1, "remove item": 1}.get(result.action.name, 0)
             name = result.action.target
             moved[name] = moved.get(name, 0) + sign * result.action.quantity
-        bounds = bounds_of(standing, self._choice.labelled)
+        bounds = self._choice.bounds(standing)
         items = [item for name in moved if (item := self.catalogue.get(name))]
         out = [item for item in items if moved[item.name] > 0 and not bounds.permits(item)]
         told = [f"{item.name} stays out: {bounds.against(item)}." for item in out]
@@ -196,7 +196,7 @@ class GroceryShop(Environment):
 
     def answer(self, order: Order, standing: Standing, pick: Pick) -> str:
         """The facts about a thing, such as its price and labels; by default, about the basket."""
-        bounds = bounds_of(standing, self._choice.labelled)
+        bounds = self._choice.bounds(standing)
         about = " ".join(word for word in singulars(order.what) if word not in _WHOLE)
         if self._basket and (diet := diet_named(about)):
             return bounds.told(diet, (item for item, _ in self._contents()))
@@ -224,7 +224,7 @@ class GroceryShop(Environment):
         """See `Environment.caution`: what came and is not known to fit the diets."""
         came = dict.fromkeys(each.action.target for each in results if each.ok)
         items = (item for item, _ in self._contents() if item.name in came)
-        return bounds_of(standing, self._choice.labelled).unknown(items)
+        return self._choice.bounds(standing).unknown(items)
 
     def mentions(self, text: str) -> list[str]:
         """See `Environment.mentions`."""
