@@ -238,6 +238,14 @@ def test_a_guess_is_known_to_fit_every_grave_limit(limit: str, for_whom: str) ->
         assert verdict(item, LIMITS[limit]) == "fits", name
 
 
+def test_what_a_word_means_does_not_depend_on_what_is_known() -> None:
+    """Else "wine" would be wine vinegar for people who cannot have milk."""
+    opened = stocked(("Red Wine", "drinks"), ("Red Wine Vinegar", "oils & vinegar"))
+    told = follow(opened, "avoid lactose | why allergy", "add wine; add cheapest wine")
+    assert opened.basket == {"Red Wine": 1}
+    assert told[-1] == "Not known to be lactose-free: Red Wine."
+
+
 def test_a_mere_dislike_leaves_out_only_what_is_known_to_hold_the_thing() -> None:
     opened = stocked(*ROWS)
     standing = standing_after("avoid dairy | why taste")

@@ -25,6 +25,7 @@ _PER_TERM = 5
 """Items offered for each search term."""
 
 _VAGUE = frozenset(WORDS["vague"].split())
+_SMALL = frozenset(WORDS["small"].split()) | frozenset(WORDS["empty"].split())
 _ANY = frozenset(WORDS["any"].split())
 _OF_ITS_OWN = frozenset(WORDS["own"].split())
 _EXTREMES = {1: finder(WORDS["cheapest"]), -1: finder(WORDS["dearest"])}
@@ -194,7 +195,7 @@ class Choice:
         if _is_vague(head):
             return []
         diets = bounds.diets | bounds.some
-        offers = [i for i in self._found(term, bounds) if bounds.suits(i) and _is_a(i, head)]
+        offers = [i for i in self._found(term, bounds) if bounds.surely_suits(i) and _is_a(i, head)]
         if diets:
             aisles = {item.category for item in _headed(head, offers)}
             such = [i for i in offers if i.category in aisles] or offers
@@ -206,18 +207,16 @@ class Choice:
         """What of the shop a text names, in its words: the longest phrases that end names."""
         said, found = singulars(self._search.translated(text)), list[str]()
         while said:
-            sizes = range(min(_LONGEST, len(said)), 0, -1)
+            sizes = range(min(_LONGEST, len(said)), 0, -1) if said[0] not in _SMALL else ()
             size = next((size for size in sizes if self._is_here(" ".join(said[:size]))), 0)
             found += [" ".join(said[:size])] if size else []
             said = said[size or 1 :]
         return found
 
     def _is_here(self, phrase: str) -> bool:
-        """Whether something here is what a phrase of more than vague words says."""
-        is_empty = _PACKAGES.issuperset(singulars(phrase)) or not self._search.pruned(phrase)
-        return not (is_empty or _is_vague(phrase)) and bool(
-            _headed(phrase, self._search.named(phrase))
-        )
+        """Whether something here is what a phrase says."""
+        is_vague = _is_vague(phrase) or phrase in _PACKAGES
+        return not is_vague and bool(_headed(phrase, self._search.named(phrase)))
 
     def facts(self, what: str, basket: Mapping[str, int], bounds: Bounds) -> str:
         """The prices and labels of what a phrase means, and what rules it out."""

@@ -156,13 +156,14 @@ class Bounds:
         return not self.against(item)
 
     def suits(self, item: Item) -> bool:
-        """Whether no bound at all rules out an item, and no grave one may."""
+        """Whether no bound at all rules out an item."""
+        return self.permits(item) and all(self._judged(item, d) != "violates" for d in self.some)
+
+    def surely_suits(self, item: Item) -> bool:
+        """Whether no bound at all rules out an item, and it is known to fit the grave ones."""
         bounds = (*self.diets, *self.some, *self.refused)
-        judged = ((name, self._judged(item, name)) for name in bounds)
-        return all(
-            each == "fits" or (each == "unknown" and name not in self.grave)
-            for name, each in judged
-        )
+        grave = (bound for bound in bounds if bound in self.grave)
+        return self.suits(item) and all(self._judged(item, bound) == "fits" for bound in grave)
 
     def against(self, item: Item) -> str:
         """Why an item is ruled out, as text; "" if it is not."""

@@ -333,7 +333,7 @@ class GroceryShop(Environment):
                 self._choice.held(phrase, [item]) or self._choice.meant(phrase, Bounds()) == item
                 for phrase in wanted
             )
-            return bounds.permits(item) if ordered else bounds.suits(item)
+            return bounds.permits(item) if ordered else bounds.surely_suits(item)
 
         against = [(item, n) for item, n in self._contents() if not stays(item)]
         told = order.do == "avoid" and (
