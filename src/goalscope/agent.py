@@ -52,6 +52,9 @@ NO_GOAL = "The goals do not explain the newest words, and no better ones were fo
 NO_ANSWER = "I cannot answer that."
 """The answer to a question about something that is not known here."""
 
+_QUESTION_MARKS = ("?", "\uff1f", "\u061f")
+"""Full width and Arabic, too."""
+
 _MENTIONS = 4
 """Most things that a question is answered for besides the one that was read."""
 
@@ -403,9 +406,12 @@ class Agent:
     def _plan(self, turn: Turn, reading: Reading, done: Execution) -> Outcome:
         """Act on the top k goals where an aim was told; the planner weighs the rest by the words.
 
-        Nothing is done unasked after words of harm, or once the task has ended.
+        Nothing is done unasked after words of harm, after a question that tells no aim, or once the
+        task has ended.
         """
-        if not self._aimed(reading) or done.wary or done.ended:
+        is_question = turn.utterance.rstrip().endswith(_QUESTION_MARKS)
+        is_aimed = reading.tells("aim") if is_question else self._aimed(reading)
+        if not is_aimed or done.wary or done.ended:
             return Outcome()
         self._progress("planning")
         gone = retracted(self.rounds)
