@@ -91,14 +91,14 @@ def verdict(item: Item, restriction: str, *, is_labelled: bool = False) -> Verdi
         return "fits"
     if restriction in claims.hints:
         return "violates"
-    name = " ".join(folded(item.name))
+    name = finder(diet.saving).sub("|", " ".join(folded(item.name)))
     of_aisle = read_label(item.category)
     if finder(diet.harmless).search(name) or (is_label(item.category) and of_aisle.fits & either):
         return "fits"
     if not diet.violating:
         return "violates" if is_labelled else "unknown"
     violating = finder(diet.violating)
-    is_named = bool(violating.search(finder(diet.saving).sub("|", name)))
+    is_named = bool(violating.search(name))
     if not is_named and is_plain(item.name, diet.known) and not is_made(item.category):
         return "fits"
     kind = nature(item.name, item.category)
