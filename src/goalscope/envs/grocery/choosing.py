@@ -139,8 +139,9 @@ class Choice:
         best = min(meant, key=unfit, default=None)
         if not sign or best is None:
             return best
-        headed = _headed(kind, filter(lambda item: _is_a(item, kind), every))
-        alike = [i for i in headed or named if i.category == best.category and _is(i, kind)]
+        bare, fit = _fitting(phrase, every)
+        headed = _headed(bare, [item for item in fit if _is_a(item, bare)])
+        alike = [i for i in headed or named if i.category == best.category and _is(i, bare)]
         fitting = [item for item in alike if bounds.suits(item)]
         return _at_price(sign, fitting or alike) or best
 
@@ -153,7 +154,7 @@ class Choice:
         for sign, listed in _EXTREMES.items():
             if found := listed.search(said):
                 rest = self._search.pruned(said[: found.start()] + said[found.end() :])
-                is_any = _ANY.issuperset(singulars(rest))
+                is_any = (_ANY | _SMALL).issuperset(singulars(rest))
                 return sign, "" if is_any else rest
         return 0, phrase
 
@@ -313,13 +314,18 @@ def _called(phrase: str, items: Sequence[Item]) -> list[Item]:
     heads = exact or _headed(phrase, named)
     if heads:
         return heads
+    kind, fit = _fitting(phrase, items)
+    return _headed(kind, [item for item in fit if _is_a(item, kind)]) or named
+
+
+def _fitting(phrase: str, items: Sequence[Item]) -> tuple[str, Sequence[Item]]:
+    """`phrase` without the labels that it begins with, and those of `items` that carry them."""
     tags = {tag for item in items for tag in item.tags | labelled(item)}
     label, kind = _labelled(phrase, tags)
-    fit = items
     while label:
-        fit = [item for item in fit if label in item.tags | labelled(item)]
+        items = [item for item in items if label in item.tags | labelled(item)]
         label, kind = _labelled(kind, tags)
-    return _headed(kind, [item for item in fit if _is_a(item, kind)]) or named
+    return kind, items
 
 
 def _headed(phrase: str, items: Iterable[Item]) -> list[Item]:
