@@ -10,7 +10,7 @@ from goalscope.envs.grocery.search import Search
 from goalscope.orders import Reading, orders_from_text
 from goalscope.picking import Picker
 from goalscope.standing import Standing, fold
-from goalscope.types import Action
+from goalscope.types import Action, StepResult
 
 CATALOGUE = Catalogue.load()
 SEARCH = Search(CATALOGUE)
@@ -43,10 +43,13 @@ def follow(opened: GroceryShop, *said: str) -> list[str]:
     readings: list[Reading] = []
     for each in said:
         readings.append(reading(each))
+        results: list[StepResult] = []
         for order in readings[-1].orders:
             found = opened.resolve(order, fold(readings), PICK)
             told += [found.why] if found.why else []
-            assert all(execute(opened, action).ok for action in found.actions)
+            results += [execute(opened, action) for action in found.actions]
+        assert all(result.ok for result in results)
+        told += filter(None, [opened.caution(results, fold(readings))])
     return told
 
 

@@ -212,7 +212,7 @@ def test_guesses_follow_an_aim_alone_and_are_told() -> None:
         agent = agent_in(env)
         round = agent.step("What now?", words)
         assert env.on == on
-        told = "Guessed, not asked for: lamp (to have lamp light)."
+        told = "Because you mentioned it: lamp (to have lamp light)."
         assert (told in round.notes) == bool(on)
 
 
@@ -222,6 +222,10 @@ def test_guesses_follow_an_aim_alone_and_are_told() -> None:
         ("lamp light, but not the fan", "avoid fan", "have lamp light", ["lamp"]),
         ("lamp light in here", "none", "have lamp light", ["lamp"]),
         ("lamp light in here", "none", "", []),
+        ("lamp light in here?", "none", "have lamp light", []),
+        ("lamp light, no fan?", "avoid fan", "have lamp light", []),
+        ("lamp light in here\uff1f", "none", "have lamp light", []),
+        ("lamp light in here?", "aim", "have lamp light", ["lamp"]),
         ("lamp light in here", "yes", "have lamp light", []),
         ("lamp light as of the moon", "switch on moon", "have lamp light", []),
         ("lamp light as of the moon", "ask moon", "have lamp light", []),

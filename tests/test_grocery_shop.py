@@ -239,7 +239,7 @@ def test_orders_come_to_the_things_that_they_name(said: list[str], basket: dict[
         ("only keto", 'cannot tell by names and labels what is "keto"'),
         ("avoid sulphites | why allergy", 'cannot tell by names and labels what is "sulphites"'),
         ("budget | 2 $; add salmon", "above the $2.00 that you named"),
-        ("buy", "The basket is empty."),
+        ("buy", "There is nothing to buy: the basket is empty."),
         ("clear", "The basket is empty."),
     ],
 )

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Generator, Iterator, Sequence
+from collections.abc import Callable, Generator, Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from copy import copy
 from dataclasses import replace
@@ -12,7 +12,7 @@ from typing import Any, Literal, cast
 from goalscope.belief import Belief
 from goalscope.calibration import DEFAULT, Calibration
 from goalscope.dialog import FALLBACK, OPENING, Human, ask, completes
-from goalscope.envs import GUESSED, Environment, Pick
+from goalscope.envs import GUESSED, MENTIONED, Environment, Pick
 from goalscope.episode import Round, retracted
 from goalscope.executor import Execution, Executor
 from goalscope.goals import UNEXPLAINED, GoalManager, Trigger
@@ -43,6 +43,7 @@ from goalscope.types import (
     pluralize,
 )
 from goalscope.why import in_words
+from goalscope.words import contains, head_words, names, singular, singulars
 from goalscope.writer import Recalling, Writer
 
 __all__ = ["NO_ANSWER", "NO_GOAL", "Agent", "K", "Method", "run_episode"]
@@ -58,6 +59,12 @@ NO_GOAL = "The goals do not explain the newest words, and no better ones were fo
 
 NO_ANSWER = "I cannot answer that."
 """The answer to a question about something that is not known here."""
+
+_QUESTION_MARKS = ("?", "\uff1f", "\u061f")
+"""Full width and Arabic, too."""
+
+_MENTIONS = 4
+"""Most things that a question is answered for besides the one that was read."""
 
 _FAILURES = 3
 """Most failures that a round's notes tell one by one."""
@@ -203,6 +210,13 @@ class Agent:
         asked = (
             [order for order in last.reading.orders if order.do == "ask"] if last.reading else []
         )
+        if any(order.what for order in asked):
+            named = self.env.mentions(last.turn.utterance)[:_MENTIONS]
+            asked += [
+                Order("ask", each)
+                for each in named
+                if not any(names(order.what, each) for order in asked)
+            ]
         standing = self._executor.standing(self.rounds)
         told = (self.env.answer(order, standing, self._pick) for order in asked)
         found = list(dict.fromkeys(each for each in told if each))
@@ -272,7 +286,7 @@ class Agent:
                 results=(*done.results, *outcome.results),
                 replans=outcome.replans,
                 status=self.env.status(),
-                notes=(*unread, *unexplained, *self._notes(reading, done, outcome)),
+                notes=(*unread, *unexplained, *self._notes(turn, reading, done, outcome)),
                 question=done.question,
                 pending=tuple(done.pending),
                 awaits=done.awaits,
@@ -443,9 +457,12 @@ class Agent:
     def _plan(self, turn: Turn, reading: Reading, done: Execution) -> Outcome:
         """Act on the top k goals where an aim was told; the planner weighs the rest by the words.
 
-        Nothing is done unasked after words of harm, or once the task has ended.
+        Nothing is done unasked after words of harm, after a question that tells no aim, or once the
+        task has ended.
         """
-        if not self._aimed(reading) or done.wary or done.ended:
+        is_question = turn.utterance.rstrip().endswith(_QUESTION_MARKS)
+        is_aimed = reading.tells("aim") if is_question else self._aimed(reading)
+        if not is_aimed or done.wary or done.ended:
             return Outcome()
         self._progress("planning")
         gone = retracted(self.rounds)
@@ -468,7 +485,9 @@ class Agent:
         ranked = self.belief.top() if self.belief else ()
         return [each for each in ranked if each[0] != UNSPECIFIED][: self.k]
 
-    def _notes(self, reading: Reading, done: Execution, outcome: Outcome) -> Iterator[str]:
+    def _notes(
+        self, turn: Turn, reading: Reading, done: Execution, outcome: Outcome
+    ) -> Iterator[str]:
         """What the person should be told of a round."""
         if isinstance(self.tracker, GoalTracker):
             yield from self.tracker.notes
@@ -478,8 +497,13 @@ class Agent:
             yield f"Not done: {each.action}. {each.observation}"
         if len(failed) > _FAILURES:
             yield f"And {len(failed) - _FAILURES} more could not be done."
-        if outcome.guessed:
-            yield f"{GUESSED}{_by_goal(outcome.guessed)}."
+        said = " ".join(each.utterance for each in (*self.turns, turn))
+        named = [said, *self.env.mentions(said)] if outcome.guessed else []
+        mentioned = [each for each in outcome.guessed if _is_mentioned(each.target, named)]
+        if guessed := [each for each in outcome.guessed if each not in mentioned]:
+            yield f"{GUESSED}{_by_goal(guessed)}."
+        if mentioned:
+            yield f"{MENTIONED}{_by_goal(mentioned)}."
         for held in outcome.held:
             yield f"Held back until it is clear what you want: {held}."
         asked = any(each.do == "ask" and not (each.what or each.where) for each in reading.orders)
@@ -501,6 +525,12 @@ def _by_goal(guessed: Sequence[Guess]) -> str:
     return "; ".join(
         f"{', '.join(targets)}{f' (to {goal})' if goal else ''}" for goal, targets in found.items()
     )
+
+
+def _is_mentioned(name: str, said: Iterable[str]) -> bool:
+    """Whether words name the thing, by the noun that says what it is: candles of any kind."""
+    head = [singular(word) for word in head_words(name)[-1:]]
+    return any(contains(singulars(each), head) for each in said)
 
 
 def _answered(turn: Turn) -> str:

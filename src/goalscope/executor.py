@@ -163,6 +163,7 @@ class Executor:
         )
         for order in done.orders:
             self._follow(order, done)
+        done.notes += filter(None, [self._env.caution(done.results, done.standing)])
         return done
 
     def _follow(self, order: Order, done: Execution) -> None:

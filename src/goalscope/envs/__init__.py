@@ -11,12 +11,15 @@ from goalscope.orders import Example, Order, Verb
 from goalscope.standing import Standing
 from goalscope.types import Action, GoalscopeError, Profile, StepResult
 
-__all__ = ["GUESSED", "REQUIRED", "SEARCH"]
+__all__ = ["GUESSED", "MENTIONED", "REQUIRED", "SEARCH"]
 __all__ += ["Environment", "Pick", "Resolution"]
 __all__ += ["execute", "met_checks", "missing", "occasions_like", "resolution_of"]
 
 GUESSED = "Guessed, not asked for: "
 """Prefix of notes about guessed actions."""
+
+MENTIONED = "Because you mentioned it: "
+"""Prefix of notes about actions that nobody ordered, for things that the person named."""
 
 SEARCH = "search inventory"
 """Name of the action that only looks something up, in all domains."""
@@ -158,6 +161,22 @@ class Environment:
             pick: Finds which of the names here is meant.
         """
         return ""
+
+    def caution(self, results: Sequence[StepResult], standing: Standing) -> str:
+        """What to warn of after orders were carried out, in one line; "" for nothing.
+
+        Args:
+            results: Of the orders.
+            standing: What holds.
+        """
+        return ""
+
+    def mentions(self, text: str) -> list[str]:
+        """The things here that a text names, as in "is oat milk dearer than soy milk?".
+
+        A question is answered for each of them, and what was guessed is told apart from them.
+        """
+        return []
 
     def checks_met(self, profile: Profile) -> list[bool]:
         """Whether the current state meets each of the profile's checks, in order."""

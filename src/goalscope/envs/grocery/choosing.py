@@ -5,13 +5,16 @@ from __future__ import annotations
 import math
 import re
 from collections.abc import Collection, Iterable, Mapping, Sequence
+from functools import cached_property
 from typing import Literal
 
 from goalscope.envs.grocery.catalogue import Catalogue, Item
-from goalscope.envs.grocery.dietary import Bounds
+from goalscope.envs.grocery.dietary import Bounds, bounds_of, labelled, labelled_in
+from goalscope.envs.grocery.diets import DIETS, finder
 from goalscope.envs.grocery.search import WORDS, Search
 from goalscope.orders import Order
-from goalscope.words import contains, head_nouns, singular, singulars, words
+from goalscope.standing import Standing
+from goalscope.words import contains, head_nouns, names, singular, singulars, words
 
 __all__ = ["MOST", "Choice", "packages"]
 
@@ -22,7 +25,11 @@ _PER_TERM = 5
 """Items offered for each search term."""
 
 _VAGUE = frozenset(WORDS["vague"].split())
+_SMALL = frozenset(WORDS["small"].split()) | frozenset(WORDS["empty"].split())
+_ANY = frozenset(WORDS["any"].split())
 _OF_ITS_OWN = frozenset(WORDS["own"].split())
+_EXTREMES = {1: finder(WORDS["cheapest"]), -1: finder(WORDS["dearest"])}
+_UNLIKE = [name.strip() for name in WORDS["unlike"].split(",")]
 _USUAL = {word: names.split(", ") for word, names in WORDS["usual"].items()}
 
 _DEPTH = 10
@@ -33,6 +40,9 @@ _NAMED = 5
 
 _LABELLED = 2
 """Most items of which an answer tells the labels."""
+
+_LONGEST = 4
+"""Most words of a phrase that a question mentions."""
 
 _NEAR = 100
 """Items among which an answer looks for a thing."""
@@ -67,26 +77,43 @@ class Choice:
         """Choose among the items of `catalogue` with the help of its `search`."""
         self._catalogue = catalogue
         self._names = {item.name.casefold(): item for item in catalogue.items}
-        self._tags = {tag for item in catalogue.items for tag in item.tags}
+        self._tags = {tag for item in catalogue.items for tag in item.tags} | {*DIETS}
         self._search = search
+
+    def bounds(self, standing: Standing) -> Bounds:
+        """The bounds that the limits of a dialogue come to here."""
+        return bounds_of(standing, self._labels if standing.limits else frozenset())
+
+    @cached_property
+    def _labels(self) -> frozenset[str]:
+        return labelled_in(self._catalogue)
 
     def meant(self, phrase: str, bounds: Bounds, basket: Collection[str] = ()) -> Item | None:
         """The item that a phrase means: by its exact name, in the basket, usual, or plainest.
 
-        Among several, one that fits the diets of only some people is preferred.
+        Among several, one that fits the diets of only some people is preferred. The "cheapest" and
+        the "most expensive" of a kind go by the price of one unit.
         """
+        sign, phrase = self._extreme(phrase)
+        if sign:
+            basket = ()
+            aisle = [i for i in _of_aisle(phrase, self._catalogue.items) if bounds.permits(i)]
+            if found := _at_price(sign, filter(bounds.suits, aisle)) or _at_price(sign, aisle):
+                return found
         exact = self._names.get(" ".join(phrase.casefold().split()))
-        if exact and bounds.permits(exact):
+        if exact and bounds.permits(exact) and not sign:
             return exact
         if _is_vague(phrase):
             return None
         for text in dict.fromkeys((phrase, *self._nearly(phrase))):
-            if found := self._meant(text, bounds, basket):
+            if found := self._meant(text, bounds, basket, sign):
                 return found
         ending = filter(bounds.permits, self._search.ending(phrase))
         return max(ending, key=lambda item: len(words(item.name)), default=None)
 
-    def _meant(self, phrase: str, bounds: Bounds, basket: Collection[str]) -> Item | None:
+    def _meant(
+        self, phrase: str, bounds: Bounds, basket: Collection[str], sign: int
+    ) -> Item | None:
         _, kind = _labelled(phrase, self._tags)
         diets = bounds.diets | bounds.some
         names = dict.fromkeys((phrase, kind))
@@ -98,25 +125,50 @@ class Choice:
         named = _called(phrase, every)
         meant = [item for item in named if item.name in basket]
         usual_ones = self._usual_kind(kind, diets, every if kind == phrase else named)
-        labelled = bool(diets) and any(diets <= item.tags for item in named)
-        meant = meant or (not labelled and (usual_ones or _called(phrase, plain))) or named
+        some_labelled = bool(diets) and any(diets <= labelled(item) for item in named)
+        meant = meant or (not some_labelled and (usual_ones or _called(phrase, plain))) or named
 
         def unfit(item: Item) -> tuple[bool, bool, bool, tuple[int, ...]]:
             return (
-                labelled and not diets <= item.tags,
-                not (diets <= item.tags or bounds.suits(item)),
+                some_labelled and not diets <= labelled(item),
+                not (diets <= labelled(item) or bounds.suits(item)),
                 item not in usual_ones,
                 self._search.plainness(item, phrase),
             )
 
-        return min(meant, key=unfit, default=None)
+        best = min(meant, key=unfit, default=None)
+        if not sign or best is None:
+            return best
+        bare, fit = _fitting(phrase, every)
+        headed = _headed(bare, [item for item in fit if _is_a(item, bare)])
+        alike = [i for i in headed or named if i.category == best.category and _is(i, bare)]
+        fitting = [item for item in alike if bounds.suits(item)]
+        return _at_price(sign, fitting or alike) or best
+
+    def _extreme(self, phrase: str) -> tuple[int, str]:
+        """Whether a phrase asks for the cheapest (1) or dearest (-1) of something, or not (0).
+
+        With it comes what it is, "" where that is anything.
+        """
+        said = " ".join(singulars(phrase))
+        for sign, listed in _EXTREMES.items():
+            if found := listed.search(said):
+                rest = self._search.pruned(said[: found.start()] + said[found.end() :])
+                is_any = (_ANY | _SMALL).issuperset(singulars(rest))
+                return sign, "" if is_any else rest
+        return 0, phrase
 
     def held(self, phrase: str, items: Sequence[Item]) -> list[Item]:
         """Those of `items`, such as a basket's, that a phrase means."""
+        sign, kind = self._extreme(phrase)
+        if sign:
+            alike = (_of_aisle(kind, items) or self.held(kind, items)) if kind else items
+            found = _at_price(sign, alike)
+            return [found] if found else []
         for text in dict.fromkeys((phrase, *self._nearly(phrase))):
             if found := _called(text, items) or self.usually(text, items):
                 return found
-        return [item for item in items if singulars(item.category) == singulars(phrase)]
+        return _of_aisle(phrase, items)
 
     def usually(self, phrase: str, items: Sequence[Item]) -> list[Item]:
         """Those of `items` that people mean by a bare word: cod, by "fish"."""
@@ -125,7 +177,7 @@ class Choice:
     def lacking(self, phrase: str, bounds: Bounds) -> str:
         """Why nothing can be added for a phrase."""
         item = self.meant(phrase, Bounds())
-        if _is_vague(phrase):
+        if _is_vague(self._extreme(phrase)[1]):
             may = f'"{phrase}" may be many things. ' if phrase else ""
             return f"{may}Please name a thing."
         if item is None:
@@ -144,18 +196,38 @@ class Choice:
         if _is_vague(head):
             return []
         diets = bounds.diets | bounds.some
-        offers = [i for i in self._found(term, bounds) if bounds.suits(i) and _is_a(i, head)]
+        offers = [i for i in self._found(term, bounds) if bounds.surely_suits(i) and _is_a(i, head)]
         if diets:
             aisles = {item.category for item in _headed(head, offers)}
             such = [i for i in offers if i.category in aisles] or offers
-            offers = [i for i in such if diets <= i.tags] or such
+            offers = [i for i in such if diets <= labelled(i)] or such
         offers = offers[:_PER_TERM]
         return [] if any(item.name in decided for item in offers) else offers
+
+    def mentions(self, text: str) -> list[str]:
+        """What of the shop a text names, in its words: the longest phrases that end names."""
+        said, found = singulars(self._search.translated(text)), list[str]()
+        while said:
+            sizes = range(min(_LONGEST, len(said)), 0, -1) if said[0] not in _SMALL else ()
+            size = next((size for size in sizes if self._is_here(" ".join(said[:size]))), 0)
+            found += [" ".join(said[:size])] if size else []
+            said = said[size or 1 :]
+        return found
+
+    def _is_here(self, phrase: str) -> bool:
+        """Whether something here is what a phrase says."""
+        is_vague = _is_vague(phrase) or phrase in _PACKAGES
+        return not is_vague and bool(_headed(phrase, self._search.named(phrase)))
 
     def facts(self, what: str, basket: Mapping[str, int], bounds: Bounds) -> str:
         """The prices and labels of what a phrase means, and what rules it out."""
         near = self._search.search(what, _NEAR)
-        found = _called(what, near)
+        sign, kind = self._extreme(what)
+        found = [] if sign else _called(what, near)
+        if sign and not kind:
+            held = (item for item in self._catalogue.items if item.name in basket)
+            ends = (_at_price(sign, held), _at_price(sign, self._catalogue.items))
+            found = [*dict.fromkeys(item for item in ends if item)]
         if not found and (item := self.meant(what, Bounds())):
             found = [item]
         if not found:
@@ -168,6 +240,7 @@ class Choice:
         against = [
             f"{item.name}: {why}." for item in found[:_NAMED] if (why := bounds.against(item))
         ]
+        against += [told] if (told := bounds.unknown(found[:_NAMED])) else []
         caution = ["I know only names and labels, so please read the packet."] if few else []
         return " ".join([f"The shop has {listed}{more}.", *against, *caution])
 
@@ -191,7 +264,7 @@ class Choice:
         """What people mean by a bare word, as far as it is `among` these; what fits diets first."""
         named = (self._search.named(name) for name in _usual(phrase))
         kinds = [[item for item in kind if item in among] for kind in named]
-        fit = [[item for item in kind if {*diets} <= item.tags] for kind in kinds]
+        fit = [[item for item in kind if {*diets} <= labelled(item)] for kind in kinds]
         none: list[Item] = []
         return next((kind for kind in (*fit, *kinds) if kind), none)
 
@@ -206,6 +279,22 @@ class Choice:
 def _usual(phrase: str) -> Sequence[str]:
     """What people mean by `phrase` who name no kind: "bread" as "white sandwich bread"."""
     return _USUAL.get(phrase) or _USUAL.get(" ".join(singulars(phrase)), ())
+
+
+def _of_aisle(phrase: str, items: Iterable[Item]) -> list[Item]:
+    """Those of `items` whose category a phrase names."""
+    return [item for item in items if singulars(item.category) == singulars(phrase) != []]
+
+
+def _at_price(sign: int, items: Iterable[Item]) -> Item | None:
+    """The cheapest (1) or dearest (-1) of some items; None where none has a price."""
+    priced = [(item.price * sign, item) for item in items if item.price is not None]
+    return min(priced, key=lambda each: each[0], default=(None, None))[1]
+
+
+def _is(item: Item, kind: str) -> bool:
+    """Whether an item is of the kind that its last word says: root beer is no beer."""
+    return not any(_is_a(item, name) and not names(kind, name) for name in _UNLIKE)
 
 
 def _is_vague(phrase: str) -> bool:
@@ -225,13 +314,18 @@ def _called(phrase: str, items: Sequence[Item]) -> list[Item]:
     heads = exact or _headed(phrase, named)
     if heads:
         return heads
-    tags = {tag for item in items for tag in item.tags}
-    label, kind = _labelled(phrase, tags)
-    fit = items
-    while label:
-        fit = [item for item in fit if label in item.tags]
-        label, kind = _labelled(kind, tags)
+    kind, fit = _fitting(phrase, items)
     return _headed(kind, [item for item in fit if _is_a(item, kind)]) or named
+
+
+def _fitting(phrase: str, items: Sequence[Item]) -> tuple[str, Sequence[Item]]:
+    """`phrase` without the labels that it begins with, and those of `items` that carry them."""
+    tags = {tag for item in items for tag in item.tags | labelled(item)}
+    label, kind = _labelled(phrase, tags)
+    while label:
+        items = [item for item in items if label in item.tags | labelled(item)]
+        label, kind = _labelled(kind, tags)
+    return kind, items
 
 
 def _headed(phrase: str, items: Iterable[Item]) -> list[Item]:

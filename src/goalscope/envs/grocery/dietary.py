@@ -1,90 +1,132 @@
-"""Diets and allergies: which items a person's limits rule out."""
+"""Diets and allergies: which items fit a person's limits, which do not, and which nobody knows.
+
+What is not known to fit is never said to fit. Labels decide first, then the words of the name, then
+what the item is: a banana and a cake pan need no label.
+"""
 
 from __future__ import annotations
 
 import re
-import tomllib
-from collections.abc import Mapping
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from decimal import Decimal
-from functools import cache
-from importlib.resources import files
+from functools import lru_cache
+from typing import Literal
 
-from goalscope.envs.grocery.catalogue import Item
+from goalscope.envs.grocery.catalogue import Catalogue, Item
+from goalscope.envs.grocery.diets import (
+    DIETS,
+    Claims,
+    finder,
+    folded,
+    implying,
+    is_label,
+    is_plain,
+    phrases,
+    read_label,
+)
+from goalscope.envs.grocery.natures import is_made, nature
 from goalscope.orders import Order
 from goalscope.standing import GRAVE, Standing
-from goalscope.words import names, singulars
+from goalscope.words import contains
 
-__all__ = ["DIETS", "Bounds", "Diet", "bounds_of", "diets_of", "refusal", "violates"]
+__all__ = [
+    "Bounds",
+    "Verdict",
+    "bounds_of",
+    "diets_of",
+    "labelled",
+    "labelled_in",
+    "refusal",
+    "verdict",
+]
+
+Verdict = Literal["fits", "unknown", "violates"]
 
 _GOODS = frozenset(("food", "product", "thing", "stuff", "diet", "item", "option", "meal"))
 """Words that do not identify a diet: "vegan food"."""
 
+_AISLES = re.compile(r"[,&/>+]|\band\b", re.IGNORECASE)
 
-@dataclass(frozen=True, slots=True)
-class Diet:
-    """One restriction; its phrases are in the singular, with commas between.
+_MERE = frozenset(("fresh", "frozen", "chilled", "organic", "ice", "product", "counter", "other"))
+"""Words that leave an aisle what it is: "frozen fish"."""
 
-    Attributes:
-        harmless: Phrases in an item's name that make it fit.
-        violating: Phrases that make an item violate it; every other item does where this is empty.
-        refused: What a person who follows it refuses, as in "no wheat".
-        allergens: What else an allergy names it by, as in "allergic to almonds".
-        named: Other names of the diet, and of those who follow it.
-        saving: Phrases to pass over before looking for violating ones.
-        guessed: The stricter restriction that guesses keep to.
-    """
-
-    harmless: str
-    violating: str = ""
-    refused: str = ""
-    allergens: str = ""
-    named: str = ""
-    saving: str = ""
-    guessed: str = ""
+_NAMED = 5
+"""Items that are named at most as not known to fit."""
 
 
-def _read_diets() -> Mapping[str, Diet]:
-    source = files("goalscope.envs.grocery") / "data" / "diets.toml"
-    tables = tomllib.loads(source.read_text(encoding="utf-8"))
-    lists: dict[str, str] = {}
-    for name, phrases in tables["lists"].items():
-        lists[name] = phrases.format(**lists)
-    return {
-        name: Diet(**{key: phrases.format(**lists) for key, phrases in table.items()})
-        for name, table in tables["diets"].items()
-    }
+def labelled(item: Item) -> frozenset[str]:
+    """The restrictions of `DIETS` that the labels of an item or its name claim."""
+    return _claims(item).fits | read_label(item.name).fits
 
 
-DIETS = _read_diets()
-"""The restrictions by name; an item that carries the name as a tag fits."""
+def labelled_in(catalogue: Catalogue) -> frozenset[str]:
+    """The restrictions that labels of a catalogue claim."""
+    tags = {tag for item in catalogue.items for tag in item.tags}
+    return frozenset[str]().union(*(read_label(tag).fits for tag in tags))
 
 
-def violates(item: Item, restriction: str) -> bool:
-    """Whether `item` violates `restriction`, a name in `DIETS`.
+@lru_cache(maxsize=65536)
+def verdict(item: Item, restriction: str, *, is_labelled: bool = False) -> Verdict:
+    """Whether an item fits a restriction of `DIETS`, as far as that is known.
 
-    Its tags decide where they can; otherwise the words of its name do.
+    A label decides. Then a name fits that says so ("vegan", "sugar-free"), and one violates that
+    holds a violating phrase. Things that are no food fit, and so do plain foods (see `is_plain`).
+    An aisle of violating things makes the others violate. All else is unknown.
+
+    Args:
+        item: The item.
+        restriction: A name in `DIETS`.
+        is_labelled: Whether the catalogue labels this restriction at all: where nothing but a label
+            makes an item fit, as for "organic", the others then violate it.
 
     Raises:
         KeyError: `DIETS` has no such restriction.
     """
     diet = DIETS[restriction]
-    if restriction in item.tags:
-        return False
-    name = " ".join(singulars(item.name))
-    if _finder(diet.harmless).search(name):
-        return False
+    claims, either = _claims(item), {restriction, *implying(restriction)}
+    if restriction in claims.violates:
+        return "violates"
+    if claims.fits & either:
+        return "fits"
+    if restriction in claims.hints:
+        return "violates"
+    name = finder(diet.saving).sub("|", " ".join(folded(item.name)))
+    of_aisle = read_label(item.category)
+    if finder(diet.harmless).search(name) or (is_label(item.category) and of_aisle.fits & either):
+        return "fits"
     if not diet.violating:
-        return True
-    return bool(_finder(diet.violating).search(_finder(diet.saving).sub("|", name)))
+        return "violates" if is_labelled else "unknown"
+    violating = finder(diet.violating)
+    is_named = bool(violating.search(name))
+    if not is_named and is_plain(item.name, diet.known) and not is_made(item.category):
+        return "fits"
+    kind = nature(item.name, item.category)
+    if kind == "thing" or (kind == "mixture" and not is_named):
+        return "fits"
+    if is_named or restriction in of_aisle.violates:
+        return "violates"
+    aisles = [" ".join(folded(part)) for part in _AISLES.split(item.category) if part.strip()]
+    rests = [violating.subn("", finder(diet.saving).sub("|", aisle)) for aisle in aisles]
+    is_theirs = rests and all(found and _MERE.issuperset(rest.split()) for rest, found in rests)
+    return "violates" if is_theirs else "unknown"
 
 
-@cache
-def _finder(listed: str) -> re.Pattern[str]:
-    """Finds any of the listed phrases as adjacent words, the longest first; none in ""."""
-    phrases = [" ".join(singulars(phrase)) for phrase in listed.split(",") if phrase.strip()]
-    either = "|".join(sorted(phrases, key=len, reverse=True)) or "(?!)"
-    return re.compile(rf"(?<!\S)(?:{either})(?!\S)")
+def _claims(item: Item) -> Claims:
+    claims = Claims()
+    for tag in item.tags:
+        claims |= read_label(tag)
+    return claims
+
+
+@lru_cache(maxsize=65536)
+def _lacks(item: Item, thing: str) -> Verdict:
+    """Whether an item is free of a thing that is no restriction of `DIETS`, such as kiwi."""
+    if contains(folded(item.name), folded(thing)):
+        return "violates"
+    is_alone = is_plain(item.name) and not is_made(item.category)
+    is_clear = is_alone or nature(item.name, item.category) != "food"
+    return "fits" if is_clear else "unknown"
 
 
 @dataclass(frozen=True, slots=True)
@@ -97,12 +139,17 @@ class Bounds:
             several things that an order may mean, those that fit are preferred.
         refused: Names that items must not have.
         budget: Maximum total, in the shop's currency; None for no budget.
+        grave: Those of the restrictions and refused names that an allergy or a diet is behind: of
+            these, a guess must be known to fit.
+        labelled: Restrictions that the catalogue labels.
     """
 
     diets: frozenset[str] = frozenset()
     some: frozenset[str] = frozenset()
     refused: tuple[str, ...] = ()
     budget: Decimal | None = None
+    grave: frozenset[str] = frozenset()
+    labelled: frozenset[str] = frozenset()
 
     def permits(self, item: Item) -> bool:
         """Whether no bound of the whole basket rules out an item."""
@@ -110,29 +157,79 @@ class Bounds:
 
     def suits(self, item: Item) -> bool:
         """Whether no bound at all rules out an item."""
-        return self.permits(item) and not any(violates(item, diet) for diet in self.some)
+        return self.permits(item) and all(self._judged(item, d) != "violates" for d in self.some)
+
+    def surely_suits(self, item: Item) -> bool:
+        """Whether no bound at all rules out an item, and it is known to fit the grave ones."""
+        bounds = (*self.diets, *self.some, *self.refused)
+        grave = (bound for bound in bounds if bound in self.grave)
+        return self.suits(item) and all(self._judged(item, bound) == "fits" for bound in grave)
 
     def against(self, item: Item) -> str:
         """Why an item is ruled out, as text; "" if it is not."""
-        if broken := sorted(diet for diet in self.diets if violates(item, diet)):
+        if broken := sorted(d for d in self.diets if self._judged(item, d) == "violates"):
             return f"it has to be {' and '.join(broken)}"
-        ruled = next((each for each in self.refused if names(item.name, each)), "")
+        ruled = next((r for r in self.refused if self._judged(item, r) == "violates"), "")
         return f'you want no "{ruled}"' if ruled else ""
 
+    def unknown(self, items: Iterable[Item]) -> str:
+        """Which of some items nobody knows to fit the bounds of the whole basket; "" for none."""
+        items = list(items)
+        told: list[str] = []
+        for bound in (*sorted(self.diets), *(r for r in self.refused if r in self.grave)):
+            names = [item.name for item in items if self._judged(item, bound) == "unknown"]
+            fit = bound if bound in self.diets else f'free of "{bound}"'
+            told += [f"Not known to be {fit}: {_listed(names)}."] if names else []
+        return " ".join(told)
 
-def bounds_of(standing: Standing) -> Bounds:
-    """The bounds that the limits of a dialogue come to in the shop."""
-    diets, some = set[str](), set[str]()
+    def told(self, restriction: str, items: Iterable[Item]) -> str:
+        """Which of some items are known to fit a restriction of `DIETS`, and which are not."""
+        fits: dict[Verdict, list[str]] = {"fits": [], "unknown": [], "violates": []}
+        for item in items:
+            judged = verdict(item, restriction, is_labelled=restriction in self.labelled)
+            fits[judged].append(item.name)
+        ways = {
+            "fits": f"Known to be {restriction}",
+            "unknown": f"Not known to be {restriction}",
+            "violates": f"Not {restriction}",
+        }
+        return " ".join(f"{ways[key]}: {_listed(names)}." for key, names in fits.items() if names)
+
+    def _judged(self, item: Item, bound: str) -> Verdict:
+        if bound in self.diets or bound in self.some:
+            return verdict(item, bound, is_labelled=bound in self.labelled)
+        return _lacks(item, bound)
+
+
+def _listed(names: Sequence[str]) -> str:
+    more = f" and {len(names) - _NAMED} more" if len(names) > _NAMED else ""
+    return ", ".join(names[:_NAMED]) + more
+
+
+def bounds_of(standing: Standing, labelled: frozenset[str] = frozenset()) -> Bounds:
+    """The bounds that the limits of a dialogue come to in a shop that labels some restrictions."""
+    diets, some, grave = set[str](), set[str](), set[str]()
     refused: list[str] = []
     for limit in standing.limits:
         found = diets_of(limit)
+        bound = {*found}
         (some if limit.for_ and limit.why != "allergy" else diets).update(found)
-        some.update(filter(None, (DIETS[name].guessed for name in found)))
+        bound.update(filter(None, (DIETS[name].guessed for name in found)))
+        some.update(bound - found)
         if limit.do == "avoid" and not found:
             refused.append(refusal(limit))
+            bound.add(refused[-1])
+        grave.update(bound if limit.why in GRAVE else ())
     budget = standing.budget
     most = None if budget is None or budget.quantity is None else Decimal(str(budget.quantity))
-    return Bounds(frozenset(diets), frozenset(some - diets), tuple(refused), most)
+    return Bounds(
+        frozenset(diets),
+        frozenset(some - diets),
+        tuple(filter(None, refused)),
+        most,
+        frozenset(grave),
+        labelled,
+    )
 
 
 def refusal(limit: Order) -> str:
@@ -140,7 +237,7 @@ def refusal(limit: Order) -> str:
 
     "Fresh strawberries" rule out strawberry jam.
     """
-    return (singulars(limit.what) or [""])[-1] if limit.why == "allergy" else limit.what
+    return (folded(limit.what) or [""])[-1] if limit.why == "allergy" else limit.what
 
 
 def diets_of(limit: Order) -> frozenset[str]:
@@ -149,15 +246,15 @@ def diets_of(limit: Order) -> frozenset[str]:
     An allergy names each of which it holds a word, and so does what all must be for more than
     taste: "brazil nuts" rule out all nuts, and "halal meat" asks for halal.
     """
-    said = [word for word in singulars(limit.what) if word not in _GOODS]
+    said = [word for word in folded(limit.what) if word not in _GOODS]
     if limit.do == "only":
         names = {name: f"{name}, {diet.named}" for name, diet in DIETS.items()}
     elif limit.why == "allergy":
-        names = {name: f"{diet.refused}, {diet.allergens}" for name, diet in DIETS.items()}
+        names = {n: f"{diet.refused}, {diet.allergens}, {diet.named}" for n, diet in DIETS.items()}
     else:
         names = {name: diet.refused for name, diet in DIETS.items()}
     if limit.why == "allergy" or (limit.do == "only" and limit.why in GRAVE):
-        return frozenset(n for n, listed in names.items() if _finder(listed).search(" ".join(said)))
+        return frozenset(n for n, listed in names.items() if finder(listed).search(" ".join(said)))
     return frozenset(
-        name for name, listed in names.items() if said and said in map(singulars, listed.split(","))
+        name for name, listed in names.items() if said and " ".join(said) in phrases(listed)
     )

@@ -9,7 +9,8 @@ from goalscope import envs
 from goalscope.envs import Environment, Pick, Resolution
 from goalscope.envs.grocery.catalogue import Catalogue, Item
 from goalscope.envs.grocery.choosing import MOST, Choice, packages
-from goalscope.envs.grocery.dietary import Bounds, bounds_of, diets_of, refusal
+from goalscope.envs.grocery.dietary import Bounds, diets_of, refusal
+from goalscope.envs.grocery.diets import diet_named
 from goalscope.envs.grocery.profiles import checks_met, unwanted
 from goalscope.envs.grocery.search import Search
 from goalscope.inputs import read_examples
@@ -121,7 +122,7 @@ class GroceryShop(Environment):
             each.do == "avoid" and names(name, each.what) for each in standing.limits
         ):
             return []
-        bounds = bounds_of(standing)
+        bounds = self._choice.bounds(standing)
         most = None if bounds.budget is None else (bounds.budget - self.total) / _AT_ONCE
         found = self._choice.offers(name, bounds, {*self._basket, *self._taken_out})
         return [
@@ -147,7 +148,7 @@ class GroceryShop(Environment):
         """See `Environment.resolve`: limits remove violations."""
         if self._bought:
             return Resolution(why="The basket is bought already.")
-        bounds = bounds_of(standing)
+        bounds = self._choice.bounds(standing)
         match order.do:
             case "add" | "set":
                 return self._add(order, bounds, standing)
@@ -159,7 +160,8 @@ class GroceryShop(Environment):
                 return Resolution(tuple(self._out(self._contents())), self._if_empty())
             case "buy":
                 buys = (Action("buy basket"),) if self._basket else ()
-                return Resolution(buys, self._if_empty())
+                nothing = "There is nothing to buy: the basket is empty."
+                return Resolution(buys, "" if buys else nothing)
             case "budget":
                 return Resolution(why=self._over(bounds))
             case "avoid" | "only":
@@ -183,7 +185,7 @@ class GroceryShop(Environment):
             sign = {"add item": -1, "remove item": 1}.get(result.action.name, 0)
             name = result.action.target
             moved[name] = moved.get(name, 0) + sign * result.action.quantity
-        bounds = bounds_of(standing)
+        bounds = self._choice.bounds(standing)
         items = [item for name in moved if (item := self.catalogue.get(name))]
         out = [item for item in items if moved[item.name] > 0 and not bounds.permits(item)]
         told = [f"{item.name} stays out: {bounds.against(item)}." for item in out]
@@ -194,8 +196,11 @@ class GroceryShop(Environment):
 
     def answer(self, order: Order, standing: Standing, pick: Pick) -> str:
         """The facts about a thing, such as its price and labels; by default, about the basket."""
-        bounds = bounds_of(standing)
-        if not _WHOLE.issuperset(singulars(order.what)):
+        bounds = self._choice.bounds(standing)
+        about = " ".join(word for word in singulars(order.what) if word not in _WHOLE)
+        if self._basket and (diet := diet_named(about)):
+            return bounds.told(diet, (item for item, _ in self._contents()))
+        if about:
             return self._choice.facts(order.what, self._basket, bounds)
         told = [self.status()]
         if bounds.budget is not None:
@@ -212,7 +217,18 @@ class GroceryShop(Environment):
             told.append(f"For some, it has to be {' and '.join(sorted(bounds.some))}.")
         if bounds.refused:
             told.append(f"You want no {', no '.join(bounds.refused)}.")
-        return "\n".join(told)
+        told.append(bounds.unknown(item for item, _ in self._contents()))
+        return "\n".join(filter(None, told))
+
+    def caution(self, results: Sequence[StepResult], standing: Standing) -> str:
+        """See `Environment.caution`: what came and is not known to fit the diets."""
+        came = dict.fromkeys(each.action.target for each in results if each.ok)
+        items = (item for item, _ in self._contents() if item.name in came)
+        return self._choice.bounds(standing).unknown(items)
+
+    def mentions(self, text: str) -> list[str]:
+        """See `Environment.mentions`."""
+        return self._choice.mentions(text)
 
     def step(self, action: Action) -> StepResult:
         """Take one action. An impossible one changes nothing and says why."""
@@ -317,7 +333,7 @@ class GroceryShop(Environment):
                 self._choice.held(phrase, [item]) or self._choice.meant(phrase, Bounds()) == item
                 for phrase in wanted
             )
-            return bounds.permits(item) if ordered else bounds.suits(item)
+            return bounds.permits(item) if ordered else bounds.surely_suits(item)
 
         against = [(item, n) for item, n in self._contents() if not stays(item)]
         told = order.do == "avoid" and (
@@ -325,7 +341,9 @@ class GroceryShop(Environment):
             or any(names(item.name, refusal(order)) for item in self.catalogue.items)
         )
         why = f'I cannot tell by names and labels what is "{order.what}".'
-        return Resolution(tuple(self._out(against)), "" if told or diets_of(order) else why)
+        kept = [item for item, _ in self._contents() if stays(item)]
+        said = ("" if told or diets_of(order) else why, bounds.unknown(kept))
+        return Resolution(tuple(self._out(against)), _sentences(said))
 
     def _held(self, phrase: str, pick: Pick) -> list[Item]:
         """What of the basket a phrase means."""
@@ -396,6 +414,11 @@ class GroceryShop(Environment):
         total = self.catalogue.money(self.total)
         told = f"The basket is now purchased for {total}.\n{self.status()}"
         return StepResult(action, True, told, terminated=True, irreversible=True)
+
+
+def _sentences(told: Iterable[str]) -> str:
+    """What there is to tell, on one line."""
+    return " ".join(filter(None, told))
 
 
 def _wanted(orders: Sequence[Order]) -> list[str]:

@@ -1,0 +1,220 @@
+"""The restrictions that the shop knows, and what labels say of them."""
+
+from __future__ import annotations
+
+import re
+import tomllib
+import unicodedata
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cache, lru_cache
+from importlib.resources import files
+
+from goalscope.words import singulars
+
+__all__ = [
+    "DIETS",
+    "Claims",
+    "Diet",
+    "diet_named",
+    "finder",
+    "folded",
+    "implying",
+    "is_label",
+    "is_plain",
+    "phrases",
+    "read_label",
+]
+
+_LETTERS = str.maketrans({"ß": "ss", "æ": "ae", "œ": "oe", "ø": "o", "ł": "l", "đ": "d"})
+_FREE = re.compile(r"(?<=\w{3})(?:free|frei)\b", re.IGNORECASE)
+_BETWEEN = re.compile(r"[,;|]")
+_MEASURE = re.compile(
+    r"\d.*|x|g|kg|mg|lb|oz|fl|ml|cl|l|ltr|litre|liter|gram|ct|count|pk|pc|piece|each"
+)
+
+
+@dataclass(frozen=True, slots=True)
+class Diet:
+    """One restriction; its phrases are in the singular, with commas between.
+
+    Attributes:
+        harmless: Phrases in an item's name that make it fit.
+        violating: Phrases that make an item violate it; only a label makes an item fit where this
+            is empty.
+        refused: What a person who follows it refuses, as in "no wheat".
+        allergens: What else an allergy names it by, as in "allergic to almonds".
+        named: Other names of the diet, and of those who follow it.
+        labels: Further names of it on labels.
+        absent: What a label may say is not in an item that fits, as in "no nuts".
+        saving: Phrases to pass over before looking for the others.
+        known: Names of things that fit, besides the plain ones (see `is_plain`).
+        implied: Other restrictions: what fits one of them fits this.
+        guessed: The stricter restriction that guesses keep to.
+    """
+
+    harmless: str
+    violating: str = ""
+    refused: str = ""
+    allergens: str = ""
+    named: str = ""
+    labels: str = ""
+    absent: str = ""
+    saving: str = ""
+    known: str = ""
+    implied: str = ""
+    guessed: str = ""
+
+
+@dataclass(frozen=True, slots=True)
+class Claims:
+    """What labels say of restrictions, by their names in `DIETS`.
+
+    Attributes:
+        fits: The item fits them: "suitable for vegans".
+        violates: It does not: "contains milk", "non-veg".
+        hints: A label gives reason to think so, where no other says that it fits: "milk", or
+            "contains milk", of something that may be free of lactose.
+    """
+
+    fits: frozenset[str] = frozenset()
+    violates: frozenset[str] = frozenset()
+    hints: frozenset[str] = frozenset()
+
+    def __or__(self, other: Claims) -> Claims:
+        """What either of two labels says."""
+        return Claims(
+            self.fits | other.fits, self.violates | other.violates, self.hints | other.hints
+        )
+
+
+def folded(text: str) -> list[str]:
+    """The words of a text in the singular, without accents; "glutenfree" are two."""
+    spread = unicodedata.normalize("NFKD", text.casefold().translate(_LETTERS))
+    bare = "".join(letter for letter in spread if not unicodedata.combining(letter))
+    return singulars(_FREE.sub(" free", bare))
+
+
+def phrases(listed: str) -> list[str]:
+    """The listed phrases, folded."""
+    return [phrase for each in listed.split(",") if (phrase := " ".join(folded(each)))]
+
+
+@cache
+def finder(listed: str) -> re.Pattern[str]:
+    """Finds any of the listed phrases as adjacent folded words, the longest first; none in ""."""
+    either = "|".join(map(re.escape, sorted(phrases(listed), key=len, reverse=True))) or "(?!)"
+    return re.compile(rf"(?<!\S)(?:{either})(?!\S)")
+
+
+_TABLES = tomllib.loads(
+    (files("goalscope.envs.grocery") / "data" / "diets.toml").read_text(encoding="utf-8")
+)
+
+
+def _read_diets() -> dict[str, Diet]:
+    lists: dict[str, str] = {}
+    for name, listed in _TABLES["lists"].items():
+        lists[name] = listed.format(**lists)
+    return {
+        name: Diet(**{key: listed.format(**lists) for key, listed in table.items()})
+        for name, table in _TABLES["diets"].items()
+    }
+
+
+DIETS = _read_diets()
+"""The restrictions by name."""
+
+_PLAIN, _SIDE = _TABLES["plain"]["names"], _TABLES["plain"]["side"]
+_BESIDE = frozenset(folded(_TABLES["plain"]["beside"]))
+_NOT, _PRESENT, _FILL = (
+    frozenset(folded(_TABLES["labels"][key])) for key in ("lacking", "holding", "mere")
+)
+_LACKING = _NOT | {"free"}
+_SMALL = _LACKING | _PRESENT | _FILL
+_ABSENT = ",".join(diet.absent for diet in DIETS.values() if diet.absent)
+
+
+@lru_cache(maxsize=65536)
+def is_plain(name: str, known: str = "") -> bool:
+    """Whether a name says all that its thing contains, as "Organic Bananas, 1 kg" does: one thing.
+
+    Args:
+        name: Of an item.
+        known: Further names of such things, with commas between.
+    """
+    said = " ".join(word for word in folded(name) if not _MEASURE.fullmatch(word))
+    rest, found = finder(f"{_PLAIN}, {known}").subn(" ", said)
+    if not found:
+        rest, found = finder(_SIDE).subn(" ", said)
+    return found == 1 and _BESIDE.issuperset(finder(_SIDE).sub(" ", rest).split())
+
+
+@lru_cache(maxsize=16384)
+def read_label(text: str) -> Claims:
+    """What a label such as "GF", "contains: milk, soy", "no nuts" or "non-veg" says."""
+    claims = Claims()
+    leading = frozenset[str]()
+    for part in _BETWEEN.split(text):
+        said = folded(part)
+        polarity = (_LACKING | _PRESENT).intersection(said)
+        leading = polarity.intersection(said[:1]) or leading
+        claims |= _read([*(() if polarity else leading), *said])
+    return Claims(claims.fits, _with_stricter(claims.violates), _with_stricter(claims.hints))
+
+
+def is_label(text: str) -> bool:
+    """Whether a text is nothing but the name of a restriction, as that of an aisle may be."""
+    return bool(diet_named(text))
+
+
+def diet_named(text: str) -> str:
+    """The restriction of which a text is nothing but a name; "" if it is none."""
+    bare = " ".join(word for word in folded(text) if word not in _FILL)
+    names = (name for name, diet in DIETS.items() if bare in phrases(_names_of(name, diet)))
+    return next(names, "")
+
+
+def _names_of(name: str, diet: Diet) -> str:
+    return f"{name}, {diet.named}, {diet.labels}"
+
+
+def implying(restriction: str) -> list[str]:
+    """The restrictions of which each implies this one, as vegan implies dairy-free."""
+    return [name.strip() for name in DIETS[restriction].implied.split(",") if name.strip()]
+
+
+def _with_stricter(names: frozenset[str]) -> frozenset[str]:
+    """What an item violates that violates these: not dairy-free, hence not vegan."""
+    return names.union(*map(implying, names))
+
+
+def _read(said: Sequence[str]) -> Claims:
+    """What one part of a label says."""
+    text = " ".join(said)
+    bare = " ".join(word for word in said if word not in _SMALL and not word.isdigit())
+    is_absent = bool(_LACKING.intersection(said)) and not finder(_ABSENT).sub("", bare).strip()
+    claimed: dict[str, set[str]] = {"fits": set(), "violates": set(), "hints": set()}
+    for name, diet in DIETS.items():
+        ruled_out = f"{diet.refused}, {diet.allergens}"
+        saved = finder(diet.saving).sub("|", text)
+        if own := finder(_names_of(name, diet)).search(saved):
+            before = [word for word in saved[: own.start()].split() if word not in _FILL]
+            if _NOT.intersection(before[-1:]):
+                claimed["violates"].add(name)
+            elif not _PRESENT.intersection(before):
+                claimed["fits"].add(name)
+        elif is_absent:
+            claimed["fits"].update([name] if finder(diet.absent).search(bare) else [])
+        elif _LACKING.intersection(said):
+            continue
+        elif _PRESENT.intersection(said):
+            held = finder(diet.saving).sub("|", bare)
+            named = ruled_out if diet.refused else diet.violating
+            if finder(named).search(held):
+                claimed["violates"].add(name)
+            elif finder(diet.violating).search(held):
+                claimed["hints"].add(name)
+        elif bare in phrases(f"{ruled_out}, {diet.absent}"):
+            claimed["hints"].add(name)
+    return Claims(**{key: frozenset(names) for key, names in claimed.items()})
