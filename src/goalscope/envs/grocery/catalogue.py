@@ -6,18 +6,24 @@ import csv
 import io
 import re
 import unicodedata
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections import Counter
+from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from decimal import Decimal
 from importlib.resources import files
 from pathlib import Path
 
+from goalscope.amounts import Money, decimal_marks, price, same_currency
+from goalscope.plain_text import plain
 from goalscope.types import InvalidInputError
 
 __all__ = ["Catalogue", "Item"]
 
 _LONGEST = 120
 """Maximum length of a name, a category, a unit or a tag."""
+
+_QUOTED = 30
+"""Characters of a price that a note quotes, and of a currency."""
 
 _COLUMNS: Mapping[str, tuple[str, ...]] = {
     "name": ("name", "product name", "product", "title", "product title", "item", "item name"),
@@ -30,13 +36,8 @@ _COLUMNS: Mapping[str, tuple[str, ...]] = {
 }
 """The usual headings of each column, likeliest first."""
 
-_NUMBER = r"(\.\d+|\d+(?:[.,]\d+)*)"
-_RANGE = re.compile(
-    _NUMBER + r"(?:\s*(?:through|to|[-\u2013\u2014]))+\s*[^\d\s]{0,3}\s*" + _NUMBER, re.IGNORECASE
-)
-_SINGLE = re.compile(
-    r"^[^\d.,\-\u2212]*(?:(?<=[a-z])\.\s*)?" + _NUMBER + r"(?![\d.,]*e[+-]?\d)", re.IGNORECASE
-)
+_THROUGH = re.compile(r"(?:\s*(?:through|to|-)\s*)+(?=\S)", re.IGNORECASE)
+"""Between the two ends of a range of prices."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -65,7 +66,7 @@ class Catalogue:
 
     Attributes:
         items: All items.
-        currency: Symbol to print before a price.
+        currency: Symbol or code to print before a price.
         notes: Notes on what was adapted while loading, one sentence each.
     """
 
@@ -96,7 +97,8 @@ class Catalogue:
 
     def money(self, amount: Decimal | None) -> str:
         """`amount` formatted, such as "$4.50", or "no price"."""
-        return "no price" if amount is None else f"{self.currency}{amount:,.2f}"
+        gap = " " if self.currency[-1:].isalpha() else ""
+        return "no price" if amount is None else f"{self.currency}{gap}{amount:,.2f}"
 
     @classmethod
     def load(
@@ -195,35 +197,91 @@ def _placed(headings: list[str], columns: Mapping[str, str], label: str) -> dict
 
 
 def _collected(rows: Iterable[list[str]], where: Mapping[str, int], label: str) -> Catalogue:
+    table = [
+        {c: _clean(row[i]) if i < len(row) else "" for c, i in where.items()}
+        for row in rows
+        if any(map(_clean, row))
+    ]
+    named = [cells for cells in table if cells["name"]]
+    prices, currency, told = _prices(named)
     items: list[Item] = []
-    currency = ""
     taken: set[str] = set()
-    counts = {"nameless": 0, "ranges": 0, "unpriced": 0, "renamed": 0}
-    for row in rows:
-        cells = {c: _clean(row[i]) if i < len(row) else "" for c, i in where.items()}
-        if not cells["name"]:
-            counts["nameless"] += any(cell.strip() for cell in row)
-            continue
+    renamed = 0
+    for cells, cost in zip(named, prices, strict=True):
         unit = cells.get("unit", "")
-        price, is_range = _price(cells.get("price", ""))
-        counts["ranges"] += is_range
-        counts["unpriced"] += price is None
         name = _unique(cells["name"], (unit, cells.get("brand", "")), taken)
-        counts["renamed"] += name != cells["name"]
+        renamed += name != cells["name"]
         taken.add(name)
         tags = frozenset(t for t in map(str.strip, cells.get("tags", "").lower().split(";")) if t)
-        items.append(Item(len(items) + 1, name, cells.get("category", ""), unit, price, tags))
-        currency = currency or cells.get("currency", "")
+        items.append(Item(len(items) + 1, name, cells.get("category", ""), unit, cost, tags))
     if not items:
         raise InvalidInputError(f"The catalogue {label} has no rows with a name. Check the file.")
-    sentences = {
-        "nameless": "{} rows without a name were left out.",
-        "ranges": "{} prices were ranges; the lower end is used.",
-        "unpriced": "{} items have no price.",
-        "renamed": "{} repeated names were told apart by unit, brand or number.",
-    }
-    notes = [s.format(counts[key]) for key, s in sentences.items() if counts[key]]
-    return Catalogue(items, currency=(currency or "$")[:4], notes=notes)
+    nameless = len(table) - len(named)
+    notes = [f"{nameless} rows without a name were left out."] if nameless else []
+    notes += told
+    if renamed:
+        notes.append(f"{renamed} repeated names were told apart by unit, brand or number.")
+    return Catalogue(items, currency=currency[:_QUOTED], notes=notes)
+
+
+def _prices(rows: Sequence[Mapping[str, str]]) -> tuple[list[Decimal | None], str, list[str]]:
+    """The price of each row, their currency, and notes.
+
+    A price that is not understood, or in another currency than most, is none.
+    """
+    cells = [cells.get("price", "") for cells in rows]
+    decimals = {mark for cell in cells for mark in decimal_marks(cell)}
+    found = [_price(cell, decimals) for cell in cells]
+    stated = [
+        (each.currency if each else "") or cells.get("currency", "")
+        for each, cells in zip(found, rows, strict=True)
+    ]
+    said = Counter(name for each, name in zip(found, stated, strict=True) if each and name)
+    names = [name for name, _ in said.most_common()] or [*filter(None, stated), "$"][:1]
+    others = [name for name in names if not same_currency(name, names[0])]
+    prices = [
+        each.amount if each and name not in others else None
+        for each, name in zip(found, stated, strict=True)
+    ]
+    notes: list[str] = []
+    read = [cell for cell, each in zip(cells, found, strict=True) if each]
+    if ranges := sum(len(_ends(cell)) == 2 for cell in read):
+        notes.append(f"{ranges} prices were ranges; the lower end is used.")
+    if wrong := [cell for cell, each in zip(cells, found, strict=True) if cell and not each]:
+        notes.append(f'{len(wrong)} prices were not understood, such as "{wrong[0][:_QUOTED]}".')
+    if others:
+        foreign = sum(said[name] for name in others)
+        notes.append(
+            f"{foreign} prices are not in {names[0]} but in {', '.join(others)}: they do not count."
+        )
+    if missing := prices.count(None):
+        notes.append(f"{missing} items have no price.")
+    return prices, names[0], notes
+
+
+def _price(cell: str, decimals: Collection[str]) -> Money | None:
+    """The price in a cell, or the lower end of a range of prices.
+
+    Args:
+        cell: The cell.
+        decimals: The marks that stand before decimals in the column. Where it has both, or none,
+            1.299 may be either number.
+    """
+    mark = next(iter(decimals)) if len(decimals) == 1 else ""
+    if not decimals and "," in cell:
+        mark = "."
+    found = [price(part, mark) for part in _ends(cell)]
+    ends = [each for each in found if each]
+    names = [each.currency for each in ends if each.currency]
+    mixed = names and not same_currency(names[-1], names[0])
+    if not 0 < len(ends) == len(found) <= 2 or mixed:
+        return None
+    return Money(min(each.amount for each in ends), names[0] if names else "")
+
+
+def _ends(cell: str) -> list[str]:
+    """The two ends of a range, or the one price; "12,-" and "12/-" are 12."""
+    return _THROUGH.split(re.sub(r"(?<=\d)(?:[.,]-{1,2}|/-)(?!\d)", "", plain(cell)))
 
 
 def _clean(text: str) -> str:
@@ -243,20 +301,3 @@ def _unique(name: str, suffixes: Iterable[str], taken: set[str]) -> str:
     while (told := f"{name} ({number})") in taken:
         number += 1
     return told
-
-
-def _price(cell: str) -> tuple[Decimal | None, bool]:
-    """The price in `cell`, or None; and whether it was the lower end of a range."""
-    if match := _RANGE.search(cell):
-        return min(_decimal(match[1]), _decimal(match[2])), True
-    match = _SINGLE.match(cell)
-    return (_decimal(match[1]), False) if match and len(match[1]) <= 12 else (None, False)
-
-
-def _decimal(digits: str) -> Decimal:
-    """A number with either decimal sign: 1,299.00 or 1.299,00 or 2,49."""
-    head, mark, tail = digits.rpartition("," if digits.rfind(",") > digits.rfind(".") else ".")
-    is_decimal = digits.count(".") == 1 if mark == "." else len(tail) < 3
-    if mark and is_decimal:
-        return Decimal(f"{re.sub(r'[.,]', '', head) or 0}.{tail}")
-    return Decimal(re.sub(r"[.,]", "", digits))
