@@ -7,12 +7,12 @@ guesses them is wrong at times, and silently: of "$1.5k" or "2 for $5" price-par
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from decimal import Decimal
 from functools import lru_cache
 from typing import cast
-from unicodedata import numeric
+from unicodedata import decimal, numeric
 
 import number_parser  # pyright: ignore[reportMissingTypeStubs]
 
@@ -80,8 +80,13 @@ _FROM = 13
 """Number words from here on are put in figures: up to twelve, readers know them, and names such as
 Seven Up hold them."""
 
+_LEAST_CENTS = 10
+
 _LONGEST = 12
 """Digits of an amount, at most."""
+
+_PARTS = (2, 3, 4, 8)
+"""Denominators of fractions; other figures with a stroke are dates and the like."""
 
 _THOUSANDS = {"k": 1_000, "m": 1_000_000}
 
@@ -131,6 +136,8 @@ _PRICE = re.compile(
     rf"(?P<before>{_MARK})? ?(?P<digits>\.\d+|{_APART}|{_DIGITS}) ?(?P<after>{_MARK}|{_NOUN})?"
     r"(?: each| ea\.?)?"
 )
+_THEN = re.compile(rf"[ -]{_NOUN}(?: and)? ([^\W\d_]+)")
+_TIMES = re.compile(r"(?<![\w.,'/])([0-9]+(?:\.[0-9]+)?)[ -]$")
 _WORD = re.compile(r"(?<![^\W\d_])[A-Za-z]+(?!\w)")
 
 
@@ -194,7 +201,7 @@ def figures(text: str) -> tuple[str, dict[str, str]]:
         written[new] = old
         return new
 
-    text = _spelled_out(text, put)
+    text = _spelled_out(_plain_digits(text), put)
 
     def money(found: re.Match[str]) -> str:
         value = _amount(found)
@@ -206,7 +213,7 @@ def figures(text: str) -> tuple[str, dict[str, str]]:
 
     def fraction(found: re.Match[str]) -> str:
         over, under = int(found[2] or 0), int(found[3] or 1)
-        if found[2] and not 0 < over < under <= 16:
+        if found[2] and not (0 < over < under and under in _PARTS):
             return found[0]
         part = numeric(found[4]) if found[4] else over / under
         return put(found[0], int(found[1] or 0) + Decimal(part))
@@ -236,7 +243,8 @@ def numbers_in(text: str, *, money: bool = True) -> frozenset[float]:
     if not money:
         text = _SUM.sub(lambda m: " " if m["before"] or m["after"] else m[0], text)
     text = figures(text)[0]
-    values = {float(word_value(word[0]) or 0) for word in _WORD.finditer(text)}
+    alone = (word_value(word[0]) for word in _WORD.finditer(text))
+    values = {float(value) for value in alone if value is not None}
     values |= {float(value) for _, _, value in _spelled(text)}
     for match in re.finditer(rf"({_DIGITS})(k(?!\w))?", text, re.IGNORECASE):
         times = _THOUSANDS["k"] if match[2] else 1
@@ -247,18 +255,18 @@ def numbers_in(text: str, *, money: bool = True) -> frozenset[float]:
     return frozenset(values)
 
 
-def price(text: str, decimal: str = "") -> Money | None:
+def price(text: str, mark: str = "") -> Money | None:
     """The price that a cell of a table holds and nothing else; None if it is not understood.
 
     Args:
         text: The cell.
-        decimal: The mark before decimals, "." or ",", where one mark with three digits after it may
-            be either; "" if unknown.
+        mark: The one before decimals, "." or ",", where a mark with three digits after it may be
+            either; "" if unknown.
     """
-    found = _PRICE.fullmatch(" ".join(plain(text).split()))
+    found = _PRICE.fullmatch(_plain_digits(" ".join(plain(text).split())))
     if found is None:
         return None
-    value, names = _value(found["digits"], decimal), [found["before"], found["after"]]
+    value, names = _value(found["digits"], mark), [found["before"], found["after"]]
     named = sorted(filter(None, names), key=lambda name: len(_codes_of(name)))
     if value is None or (len(named) == 2 and not same_currency(named[1], named[0])):
         return None
@@ -267,19 +275,27 @@ def price(text: str, decimal: str = "") -> Money | None:
 
 def decimal_marks(text: str) -> set[str]:
     """The marks that must stand before decimals in a cell: the comma of "2,49"."""
-    found = (re.fullmatch(r"(.*)([.,])(\d+)", match[0]) for match in re.finditer(_DIGITS, text))
+    found = (
+        re.fullmatch(r"(.*)([.,])(\d+)", match[0])
+        for match in re.finditer(_DIGITS, _plain_digits(text))
+    )
     clear = (each for each in found if each and not _is_ambiguous(each))
     return {each[2] for each in clear if each[1].count(each[2]) == 0}
 
 
 @lru_cache(maxsize=4096)
 def word_value(word: str) -> int | None:
-    """The value of one number word in lower or upper case, such as 70 of "seventy"."""
-    return _parsed(word)
+    """The value of one number word, such as 70 of "Seventy"; None of any other text."""
+    return _parsed(word) if word.isascii() and word.isalpha() else None
 
 
 def _parsed(words: str) -> int | None:
     return cast("int | None", number_parser.parse_number(words.casefold(), "en"))  # pyright: ignore
+
+
+def _plain_digits(text: str) -> str:
+    """`text` with the digits of every script as 0 to 9."""
+    return "".join(str(decimal(each)) if each.isdecimal() else each for each in text)
 
 
 def _amount(found: re.Match[str]) -> Decimal | None:
@@ -299,19 +315,19 @@ def _is_ambiguous(parted: re.Match[str]) -> bool:
     return len(rest) == 3 and whole.isdigit() and len(whole) <= 3 and whole[0] != "0"
 
 
-def _value(digits: str, decimal: str) -> Decimal | None:
+def _value(digits: str, before_decimals: str) -> Decimal | None:
     """The number that digits with marks are: 1,299.00 or 1.299,00 or 1 299,00 or 2,49.
 
-    None where the marks are misplaced, or where they may mean two things and `decimal` is unknown.
+    None where the marks are misplaced, or where they may mean two things and that is unknown.
     """
     if len(re.sub(r"\D", "", digits)) > _LONGEST:
         return None
     whole, mark, rest = digits, "", ""
     if parted := re.fullmatch(r"(.*)([.,])(\d+)", digits):
         if _is_ambiguous(parted):
-            if not decimal:
+            if not before_decimals:
                 return None
-            if parted[2] == decimal:
+            if parted[2] == before_decimals:
                 whole, mark, rest = parted.groups()
         elif parted[2] not in parted[1]:
             whole, mark, rest = parted.groups()
@@ -321,13 +337,12 @@ def _value(digits: str, decimal: str) -> Decimal | None:
 
 
 def _spelled_out(text: str, put: Callable[[str, Decimal], str]) -> str:
-    """`text` with its larger numbers in figures, and small ones that are part of a sum."""
+    """`text` with its larger numbers in figures, and small ones that cents follow."""
     done, parts = 0, list[str]()
     for start, end, value in _spelled(text):
-        said = re.match(rf"[ -]{_NOUN}(?: and)? ([^\W\d_]+)", text[end:])
-        if value < _FROM and not (said and word_value(said[1])):
-            continue
-        if value < _FROM and said and (word_value(said[1]) or 0) < 10:
+        said = _THEN.match(text, end)
+        cents = said and word_value(said[1])
+        if value < _FROM and (cents or 0) < _LEAST_CENTS:
             continue
         parts += [text[done:start], put(text[start:end], value)]
         done = end
@@ -342,36 +357,30 @@ def _spelled(text: str) -> Iterator[tuple[int, int, Decimal]]:
     words = [*_WORD.finditer(text)]
     at = 0
     while at < len(words):
-        size = _size(text, words[at:])
-        run, at = words[at : at + max(size, 1)], at + max(size, 1)
-        if not size:
+        run = [*_run(text, words, at)]
+        at += max(len(run), 1)
+        value = _parsed(" ".join(word[0] for word in run)) if run else None
+        if value is None or value >= 10**_LONGEST:
             continue
-        start, end = run[0].start(), run[-1].end()
-        value, first = _parsed(re.sub(r"\W", " ", text[start:end])), word_value(run[0][0]) or 0
-        if value is None:
-            continue
-        if first >= 100:
-            times = re.search(r"(?<![\w.,'/])(\d+(?:\.\d+)?)[ -]$", text[:start])
-            if times:
-                yield times.start(), end, Decimal(value - first) + first * Decimal(times[1])
-                continue
-            if size == 1:
-                continue
-        yield start, end, Decimal(value)
+        start, end, first = run[0].start(), run[-1].end(), word_value(run[0][0]) or 0
+        if first < 100:
+            yield start, end, Decimal(value)
+        elif times := _TIMES.search(text, max(start - _LONGEST, 0), start):
+            yield times.start(), end, value + first * (Decimal(times[1]) - 1)
+        elif len(run) > 1:
+            yield start, end, Decimal(value)
 
 
-def _size(text: str, words: list[re.Match[str]]) -> int:
-    """How many words from the first one on are one number, with "and" only after a hundred."""
-    size = 0
-    for place, word in enumerate(words):
-        if place and not re.fullmatch(r"[ -]", text[words[place - 1].end() : word.start()]):
+def _run(text: str, words: Sequence[re.Match[str]], at: int) -> Sequence[re.Match[str]]:
+    """The words from one on that are one number, with an "and" only after a hundred."""
+    end, last = at, 0
+    for place in range(at, len(words)):
+        word, value = words[place], word_value(words[place][0])
+        if place > at and text[words[place - 1].end() : word.start()] not in (" ", "-"):
             break
-        if word_value(word[0]) is not None:
-            size = place + 1
-        elif word[0].casefold() != "and" or size != place or _last(words[:place]) < 100:
+        if value is not None:
+            end = place + 1
+        elif word[0].casefold() != "and" or place in (at, end + 1) or last < 100:
             break
-    return size
-
-
-def _last(words: list[re.Match[str]]) -> int:
-    return (word_value(words[-1][0]) if words else None) or 0
+        last = value or 0
+    return words[at:end]

@@ -264,8 +264,8 @@ class _Amounts:
             return self._budget(order, [each.quantity for each in lines])
         if not order.unit and order.quantity not in self._counts and (sum := self._sum(order)):
             return replace(order, unit=singular(sum.currency))
-        if order.unit in _PACKS and order.quantity > 1 and self._is_of(order.quantity, order.unit):
-            return replace(order, quantity=1.0, unit=f"{order.quantity:g}-{order.unit}")
+        if order.unit and " " not in order.unit and (found := self._holding(order)):
+            return replace(order, quantity=found[0], unit=found[1])
         return order
 
     def doubts(self, order: Order) -> bool:
@@ -282,10 +282,20 @@ class _Amounts:
             return replace(order, quantity=amount, unit=singular(sum.currency))
         return order if order.quantity in self._numbers else Order("budget", if_=order.if_)
 
-    def _is_of(self, number: float, unit: str) -> bool:
-        """Whether a number says what one of the unit holds: "a 6-pack", and not "6 packs"."""
-        said = re.finditer(rf"(?<![\w.,])(\w+?)[ -]?{unit}(?!\w)", self._text, re.IGNORECASE)
-        return any(number in numbers_in(each[1]) for each in said)
+    def _holding(self, order: Order) -> tuple[float, str] | None:
+        """The quantity and unit of packs whose size was said: "a 6-pack", "2 boxes of 12 eggs"."""
+        unit, what = re.escape(order.unit), re.escape(order.what)
+        if size := re.search(rf"\b{unit}(?:e?s)? of (\w+) {what}", self._text, re.IGNORECASE):
+            number = max(numbers_in(size[1]), default=0)
+            return (order.quantity or 1.0, f"{order.unit} of {number:g}") if number else None
+        sized = rf"(?:(\w+) (?:x )?)?(?<![\w.,])(\w+?)[ -]?{unit}(s?)(?!\w)"
+        for found in re.finditer(sized, self._text if order.unit in _PACKS else ""):
+            number = max(numbers_in(found[2]), default=0)
+            if number and order.quantity in numbers_in(found[1] or ""):
+                return order.quantity or 1.0, f"{number:g}-{order.unit}"
+            if number == order.quantity != 1 and not found[3]:
+                return 1.0, f"{number:g}-{order.unit}"
+        return None
 
     def _sum(self, order: Order) -> Money | None:
         """The sum of money that an order's quantity is."""

@@ -289,10 +289,10 @@ def packages(order: Order, item: Item) -> tuple[int, str]:
     units = max(math.ceil(number / one - 0.01) if one else 1, order.quantity != 0)
     name = f"{item.name} ({item.unit})" if unit not in ("", "each") else item.name
     if not one:
-        return units, f"I cannot tell how many {name} are {ordered}, so I take {units}."
+        return units, f'I cannot tell how many {name} are "{ordered}", so I take {units}.'
     if order.quantity is None or units * one <= number * 1.01:
         return units, ""
-    return units, f"{units} x {name} is more than the {ordered} that you asked for."
+    return units, f'{units} x {name} is more than the "{ordered}" that you asked for.'
 
 
 def _counted(order: Order) -> tuple[float, _Counted]:
