@@ -99,10 +99,12 @@ def test_none_stands_alone():
         ("€30 of eggs", "add eggs | 30", "add eggs | 30 €"),
         ("20 dollars 50 max", "budget | 20 dollar", "budget | 20.5 dollar"),
         ("20 dollars 50 eggs", "budget | 20\nadd eggs | 50", "budget | 20 dollar\nadd eggs | 50"),
+        ("5 pounds 99 at most", "budget | 99", "budget | 5.99 pound"),
         ("two dollars", "budget | 2 dollar", "budget | 2 dollar"),
         ("a 6-pack of milk", "add milk | 6 pack", "add milk | 1 6-pack"),
         ("6 packs of milk", "add milk | 6 pack", "add milk | 6 pack"),
         ("a box of 24 eggs", "add eggs | 1 box", "add eggs | 1 box of 24"),
+        ("a box of 24 eggs", "add 24 eggs | 1 box", "add eggs | 1 box of 24"),
         ("24 eggs and a box of tea", "add tea | 1 box", "add tea | 1 box"),
     ],
 )

@@ -19,7 +19,7 @@ from dataclasses import dataclass, replace
 from typing import Any, Literal, cast
 from unicodedata import category
 
-from goalscope.amounts import Money, figures, numbers_in, sums_in
+from goalscope.amounts import figures, numbers_in, sums_in
 from goalscope.models import Generator
 from goalscope.orders import (
     DIALOGUE_ACTS,
@@ -261,45 +261,46 @@ class _Amounts:
         if order.quantity is None:
             return order
         if order.do == "budget":
-            return self._budget(order, [each.quantity for each in lines])
-        if not order.unit and order.quantity not in self._counts and (sum := self._sum(order)):
-            return replace(order, unit=singular(sum.currency))
-        if order.unit and " " not in order.unit and (found := self._holding(order)):
-            return replace(order, quantity=found[0], unit=found[1])
-        return order
+            return self._budget(order, lines)
+        if not order.unit and order.quantity not in self._counts:
+            sums = (each for each in self._sums if float(each.amount) == order.quantity)
+            order = replace(order, unit=next((singular(each.currency) for each in sums), ""))
+        return self._holding(order) if order.unit and " " not in order.unit else order
 
     def doubts(self, order: Order) -> bool:
         """Whether nobody said an order's quantity, although only its number can say it."""
         return (order.quantity or 0) > _UP_TO and order.quantity not in self._numbers
 
-    def _budget(self, order: Order, quantities: Sequence[float | None]) -> Order:
+    def _budget(self, order: Order, lines: Sequence[Order]) -> Order:
+        """A budget with its currency and its cents, which a reading may leave out or take alone."""
         times = 1000 if order.unit in ("k", "K") else 1
         order = replace(order, quantity=times * (order.quantity or 0))
         order = replace(order, unit="") if times > 1 else order
-        if sum := self._sum(order):
-            cents = 0 if sum.beside in quantities else sum.beside
-            amount = float(sum.amount) + cents / 100
-            return replace(order, quantity=amount, unit=singular(sum.currency))
+        counts = [each.quantity for each in lines if each.do != "budget"]
+        for sum in self._sums:
+            cents = 0 if sum.beside in counts else sum.beside
+            if order.quantity in (float(sum.amount), cents or None):
+                amount = float(sum.amount) + cents / 100
+                return replace(order, quantity=amount, unit=singular(sum.currency))
         return order if order.quantity in self._numbers else Order("budget", if_=order.if_)
 
-    def _holding(self, order: Order) -> tuple[float, str] | None:
-        """The quantity and unit of packs whose size was said: "a 6-pack", "2 boxes of 12 eggs"."""
-        unit, what = re.escape(order.unit), re.escape(order.what)
-        if size := re.search(rf"\b{unit}(?:e?s)? of (\w+) {what}", self._text, re.IGNORECASE):
-            number = max(numbers_in(size[1]), default=0)
-            return (order.quantity or 1.0, f"{order.unit} of {number:g}") if number else None
+    def _holding(self, order: Order) -> Order:
+        """An order for packs with their size, if it was said: "a 6-pack", "2 boxes of 12 eggs"."""
+        unit, count = re.escape(order.unit), order.quantity or 1.0
+        first, _, rest = order.what.partition(" ")
+        what = rest if rest and numbers_in(first) else order.what
+        holding = rf"\b{unit}(?:e?s)? of (\w+) {re.escape(what)}"
+        if found := re.search(holding, self._text, re.IGNORECASE):
+            size = max(numbers_in(found[1]), default=0)
+            return replace(order, what=what, unit=f"{order.unit} of {size:g}") if size else order
         sized = rf"(?:(\w+) (?:x )?)?(?<![\w.,])(\w+?)[ -]?{unit}(s?)(?!\w)"
         for found in re.finditer(sized, self._text if order.unit in _PACKS else ""):
-            number = max(numbers_in(found[2]), default=0)
-            if number and order.quantity in numbers_in(found[1] or ""):
-                return order.quantity or 1.0, f"{number:g}-{order.unit}"
-            if number == order.quantity != 1 and not found[3]:
-                return 1.0, f"{number:g}-{order.unit}"
-        return None
-
-    def _sum(self, order: Order) -> Money | None:
-        """The sum of money that an order's quantity is."""
-        return next((each for each in self._sums if float(each.amount) == order.quantity), None)
+            size = max(numbers_in(found[2]), default=0)
+            if size and count in numbers_in(found[1] or ""):
+                return replace(order, quantity=count, unit=f"{size:g}-{order.unit}")
+            if size == count != 1 and not found[3]:
+                return replace(order, quantity=1.0, unit=f"{size:g}-{order.unit}")
+        return order
 
     def _as_written(self, phrase: str) -> str:
         return " ".join(self._written_as.get(word, word) for word in phrase.split())

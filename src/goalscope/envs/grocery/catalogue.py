@@ -130,10 +130,11 @@ class Catalogue:
             raise InvalidInputError(
                 f"Cannot read the catalogue {label}: {error.strerror or error}. Name a CSV file."
             ) from None
-        rows = _rows(_decoded(raw, label), label)
-        headings = next(rows, list[str]())
-        where = _placed(headings, columns or {}, label)
-        return _collected(rows, where, label)
+        text = _decoded(raw, label)
+        rows, again = _rows(text, label), _rows(text, label)
+        where = _placed(next(rows, list[str]()), columns or {}, label)
+        next(again)
+        return _collected(rows, where, _prices(again, where), label)
 
 
 def _decoded(raw: bytes, label: str) -> str:
@@ -153,6 +154,7 @@ def _decoded(raw: bytes, label: str) -> str:
 
 
 def _rows(text: str, label: str) -> Iterator[list[str]]:
+    """The rows of a catalogue, its headings first."""
     heading = text.partition("\n")[0]
     reader = csv.reader(io.StringIO(text, newline=""), delimiter=max(",;\t", key=heading.count))
     try:
@@ -196,19 +198,18 @@ def _placed(headings: list[str], columns: Mapping[str, str], label: str) -> dict
     return where
 
 
-def _collected(rows: Iterable[list[str]], where: Mapping[str, int], label: str) -> Catalogue:
-    table = [
-        {c: _clean(row[i]) if i < len(row) else "" for c, i in where.items()}
-        for row in rows
-        if any(map(_clean, row))
-    ]
-    named = [cells for cells in table if cells["name"]]
-    prices, currency, told = _prices(named)
+def _collected(
+    rows: Iterable[list[str]], where: Mapping[str, int], prices: _Prices, label: str
+) -> Catalogue:
     items: list[Item] = []
     taken: set[str] = set()
-    renamed = 0
-    for cells, cost in zip(named, prices, strict=True):
-        unit = cells.get("unit", "")
+    nameless = renamed = 0
+    for row in rows:
+        cells = {c: _clean(row[i]) if i < len(row) else "" for c, i in where.items()}
+        if not cells["name"]:
+            nameless += any(cell.strip() for cell in row)
+            continue
+        unit, cost = cells.get("unit", ""), prices.amounts[_paid(row, where)]
         name = _unique(cells["name"], (unit, cells.get("brand", "")), taken)
         renamed += name != cells["name"]
         taken.add(name)
@@ -216,47 +217,69 @@ def _collected(rows: Iterable[list[str]], where: Mapping[str, int], label: str) 
         items.append(Item(len(items) + 1, name, cells.get("category", ""), unit, cost, tags))
     if not items:
         raise InvalidInputError(f"The catalogue {label} has no rows with a name. Check the file.")
-    nameless = len(table) - len(named)
     notes = [f"{nameless} rows without a name were left out."] if nameless else []
-    notes += told
+    notes += prices.notes
     if renamed:
         notes.append(f"{renamed} repeated names were told apart by unit, brand or number.")
-    return Catalogue(items, currency=currency[:_QUOTED], notes=notes)
+    return Catalogue(items, currency=prices.currency, notes=notes)
 
 
-def _prices(rows: Sequence[Mapping[str, str]]) -> tuple[list[Decimal | None], str, list[str]]:
-    """The price of each row, their currency, and notes.
+def _paid(row: Sequence[str], where: Mapping[str, int]) -> tuple[str, str]:
+    """What a row has for the price and for the currency."""
+    places = (where.get(column, len(row)) for column in ("price", "currency"))
+    price, currency = (row[place] if place < len(row) else "" for place in places)
+    return price, currency
 
-    A price that is not understood, or in another currency than most, is none.
+
+@dataclass(frozen=True, slots=True)
+class _Prices:
+    """The prices of a catalogue.
+
+    Attributes:
+        amounts: By what a row has for the price and the currency; None for no price.
+        currency: That of most.
+        notes: What was not understood, or is in another currency, and so is no price.
     """
-    cells = [cells.get("price", "") for cells in rows]
-    decimals = {mark for cell in cells for mark in decimal_marks(cell)}
-    found = [_price(cell, decimals) for cell in cells]
-    stated = [
-        (each.currency if each else "") or cells.get("currency", "")
-        for each, cells in zip(found, rows, strict=True)
+
+    amounts: Mapping[tuple[str, str], Decimal | None]
+    currency: str
+    notes: Sequence[str]
+
+
+def _prices(rows: Iterable[list[str]], where: Mapping[str, int]) -> _Prices:
+    """Read the prices of all rows, since one alone does not tell what its marks mean."""
+    named = (row for row in rows if any(map(str.strip, row[where["name"] :][:1])))
+    counts = Counter(_paid(row, where) for row in named)
+    cells = {paid: _clean(paid[0]) for paid in counts}
+    decimals = {mark for cell in cells.values() for mark in decimal_marks(cell)}
+    read = {paid: _price(cell, decimals) for paid, cell in cells.items()}
+    stated = {
+        paid: money.currency if money and money.currency else _clean(paid[1])
+        for paid, money in read.items()
+    }
+    said = Counter[str]()
+    for paid, money in read.items():
+        said[stated[paid]] += counts[paid] if money else 0
+    names = [name for name, _ in said.most_common() if name]
+    main = names[0] if names else "$"
+    others = [name for name in names if said[name] and not same_currency(name, main)]
+    ranges = [paid for paid, money in read.items() if money and len(_ends(cells[paid])) == 2]
+    wrong = [paid for paid, money in read.items() if cells[paid] and not money]
+    foreign = [paid for paid, money in read.items() if money and stated[paid] in others]
+    amounts = {
+        paid: money.amount if money and stated[paid] not in others else None
+        for paid, money in read.items()
+    }
+    none = [paid for paid, amount in amounts.items() if amount is None]
+    example = cells[wrong[0]][:_QUOTED] if wrong else ""
+    told = [
+        (ranges, "prices were ranges; the lower end is used."),
+        (wrong, f'prices were not understood, such as "{example}".'),
+        (foreign, f"prices are not in {main} but in {', '.join(others)}: they do not count."),
+        (none, "items have no price."),
     ]
-    said = Counter(name for each, name in zip(found, stated, strict=True) if each and name)
-    names = [name for name, _ in said.most_common()] or [*filter(None, stated), "$"][:1]
-    others = [name for name in names if not same_currency(name, names[0])]
-    prices = [
-        each.amount if each and name not in others else None
-        for each, name in zip(found, stated, strict=True)
-    ]
-    notes: list[str] = []
-    read = [cell for cell, each in zip(cells, found, strict=True) if each]
-    if ranges := sum(len(_ends(cell)) == 2 for cell in read):
-        notes.append(f"{ranges} prices were ranges; the lower end is used.")
-    if wrong := [cell for cell, each in zip(cells, found, strict=True) if cell and not each]:
-        notes.append(f'{len(wrong)} prices were not understood, such as "{wrong[0][:_QUOTED]}".')
-    if others:
-        foreign = sum(said[name] for name in others)
-        notes.append(
-            f"{foreign} prices are not in {names[0]} but in {', '.join(others)}: they do not count."
-        )
-    if missing := prices.count(None):
-        notes.append(f"{missing} items have no price.")
-    return prices, names[0], notes
+    notes = [f"{sum(counts[paid] for paid in each)} {text}" for each, text in told if each]
+    return _Prices(amounts, main[:_QUOTED], notes)
 
 
 def _price(cell: str, decimals: Collection[str]) -> Money | None:

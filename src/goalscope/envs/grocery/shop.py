@@ -266,13 +266,16 @@ class GroceryShop(Environment):
 
     def _add(self, order: Order, bounds: Bounds, standing: Standing) -> Resolution:
         """More of a thing, or exactly so many of it; a guess counts towards what is asked for."""
-        item = self._choice.meant(order.what, bounds, self._basket)
+        asked, item = order, self._choice.meant(order.what, bounds, self._basket)
+        if item is None and order.quantity is None:
+            asked = replace(order, **self._choice.counted(order.what))
+            item = self._choice.meant(asked.what, bounds, self._basket)
         if item is None:
             return Resolution(why=self._choice.lacking(order.what, bounds))
-        (number, note), held = packages(order, item), self._basket.get(item.name, 0)
+        (number, note), held = packages(asked, item), self._basket.get(item.name, 0)
         if note and not number:
             return Resolution(why=note)
-        if order.quantity is None and held:
+        if asked.quantity is None and held:
             number = 0
         elif order.do == "set" or self._is_guess(item, order, bounds, standing):
             number -= held
@@ -310,7 +313,8 @@ class GroceryShop(Environment):
 
     def _swap(self, order: Order, bounds: Bounds, standing: Standing, pick: Pick) -> Resolution:
         """One thing for as many of another; where there is no such thing, the other comes."""
-        item = self._choice.meant(order.for_, bounds, self._basket)
+        coming = replace(order, unit="", **self._choice.counted(order.for_))
+        item = self._choice.meant(coming.what, bounds, self._basket)
         if item is None:
             return Resolution(why=self._choice.lacking(order.for_, bounds))
         old, held = self._held(order.what, pick)[:1], self._basket.get(item.name, 0)
@@ -319,7 +323,9 @@ class GroceryShop(Environment):
         count = self._basket[old[0].name] if old else 1
         if old and order.quantity is not None:
             count = min(count, int(order.quantity) or 1)
-        number = count if old else packages(order, item)[0]
+        number, note = packages(order, item) if not old else (count, "")
+        if coming.what != order.for_:
+            number, note = packages(coming, item)
         if self._is_guess(item, order, bounds, standing):
             number = max(number - held, 0)
         number = min(number, MOST - held)
@@ -327,7 +333,8 @@ class GroceryShop(Environment):
             return Resolution(why=f"The basket may hold {MOST} of {item.name}.")
         moved = [*(_change(each.name, -count) for each in old), _change(item.name, number)]
         missed = "" if old else f'The basket held nothing called "{order.what}".'
-        return Resolution(tuple(each for each in moved if each.quantity), missed)
+        told = " ".join(filter(None, (missed, note)))
+        return Resolution(tuple(each for each in moved if each.quantity), told)
 
     def _bind(self, order: Order, bounds: Bounds, standing: Standing) -> Resolution:
         """What a limit takes out of the basket; what names and labels cannot tell is said.
