@@ -51,6 +51,8 @@ def reader() -> Iterator[Reader]:
         ("twelve pounds fifty", "12.5 pounds"),
         ("12 dollars and 50 cents please", "12.5 dollars please"),
         ("ninety-nine pounds ninety-nine.", "99.99 pounds."),
+        ("thirty-two dollars and ten cents tops", "32.1 dollars tops"),
+        ("$12 and 5 cents", "$12.05"),
         ("٣٠ eggs", "30 eggs"),
     ],
 )

@@ -120,6 +120,7 @@ def test_amounts_of_a_reading_are_those_that_were_said(message, written, read):
         ("120 milk", "add milk | 12", True),  # a dozen is said in many ways
         ("120 milk", "add milk | 1200", False),
         ("double the milk", "add milk | 24", False),
+        ("a dozen and a half milk", "add milk | 1.5", False),
         ("as many as I said", "add many | 40", True),
     ],
 )

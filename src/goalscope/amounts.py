@@ -115,13 +115,13 @@ _NOUN = rf"(?i:{_either(_nouns)})s?(?!\w)"
 _DIGITS = r"\d+(?:[.,']\d+)*"
 _APART = r"\d{1,3}(?: \d{3})+(?:[.,]\d{1,2})?(?![\d.,']?\d)"
 _CENTS = r"(?:cents?|pence|p|c)(?!\w)"
-_END = r"(?=\s*(?:[.,;!?)]|$))"
+_END = r"(?<=\d\d)(?=\s*(?:[.,;!?)]|$))"
 
 _SUM = re.compile(
     rf"(?:(?P<before>{_MARK}) ?|(?<![\w.,'/]))(?P<digits>{_APART}|{_DIGITS})"
     rf"(?P<times>[kKmM](?!\w))?"
     rf"(?P<after>(?: ?{_MARK}(?! ?\d)|[ -]{_NOUN})(?P<named>))?"
-    rf"(?P<rest>(?: and)? (?P<cents>\d\d)(?: ?{_CENTS}|(?(named){_END}|(?!))))?"
+    rf"(?P<rest>(?: and)? (?P<cents>\d{{1,2}})(?: ?{_CENTS}|(?(named){_END}|(?!))))?"
     r"(?P<beside>(?(named) \d\d(?![\d.,']?\d|\w))|)"
 )
 _MARKED = re.compile(rf"(?<![\w.,'/])(?=\d*[.,']){_DIGITS}(?![\d/])")
@@ -137,6 +137,7 @@ _PRICE = re.compile(
     r"(?: each| ea\.?)?"
 )
 _THEN = re.compile(rf"[ -]{_NOUN}(?: and)? ([^\W\d_]+)")
+_PENNIES = re.compile(f" {_CENTS}")
 _TIMES = re.compile(r"(?<![\w.,'/])([0-9]+(?:\.[0-9]+)?)[ -]$")
 _WORD = re.compile(r"(?<![^\W\d_])[A-Za-z]+(?!\w)")
 
@@ -341,8 +342,8 @@ def _spelled_out(text: str, put: Callable[[str, Decimal], str]) -> str:
     done, parts = 0, list[str]()
     for start, end, value in _spelled(text):
         said = _THEN.match(text, end)
-        cents = said and word_value(said[1])
-        if value < _FROM and (cents or 0) < _LEAST_CENTS:
+        cents = (said and word_value(said[1])) or 0
+        if value < _FROM and cents < _LEAST_CENTS and not _PENNIES.match(text, end):
             continue
         parts += [text[done:start], put(text[start:end], value)]
         done = end

@@ -269,7 +269,9 @@ class _Amounts:
 
     def doubts(self, order: Order) -> bool:
         """Whether nobody said an order's quantity, although only its number can say it."""
-        return (order.quantity or 0) > _UP_TO and order.quantity not in self._numbers
+        number = order.quantity or 0.0
+        broken = number > 1 and not number.is_integer() and not order.unit
+        return (number > _UP_TO or broken) and number not in self._numbers
 
     def _budget(self, order: Order, lines: Sequence[Order]) -> Order:
         """A budget with its currency and its cents, which a reading may leave out or take alone."""
