@@ -237,6 +237,7 @@ def test_kinds_lead_to_items_and_the_nearest_fit_the_goal() -> None:
             ["add butter | 2 half pound; add eggs | 3 half dozen"],
             {"Unsalted Butter": 2, "Large Eggs": 2},
         ),
+        ([f"add milk | 1 {'9' * 400}-pack"], {"Whole Milk": 99}),
         (["add ten beers; add 7 up"], {"Lager Beer": 2}),
         (["add four cheese pizza"], {"Frozen Four Cheese Pizza": 1}),
         (["add eggs", "swap eggs | for 3 avocados"], {"Avocados": 2}),

@@ -55,7 +55,7 @@ _MILLILITRES = {
 _PACKAGES = frozenset(
     ("pack", "packet", "package", "pkg", "box", "bag", "carton", "case", "crate", "sixpack", "tray")
 )
-_SIZES = {"dozen": 12.0, "pair": 2.0, "half": 0.5, "quarter": 0.25}
+_NUMBERS = {"dozen": 12.0, "pair": 2.0, "half": 0.5, "quarter": 0.25}
 _SIZE = re.compile(rf"(?:(\d+)\s*x\s*)?(\d+(?:\.\d+)?)\s*({'|'.join([*_GRAMS, *_MILLILITRES])})\b")
 _PIECES = re.compile(
     r"(\d+)(?:\s*x\s*\d|[\s-]*(?:ct|count|pack|pk|pcs|pieces)\b)|(?:pack|box|bag) of (\d+)"
@@ -331,13 +331,14 @@ def _counted(order: Order) -> tuple[float, _Counted]:
 
 def _sized(unit: str) -> tuple[float, str]:
     """What one of a unit holds, and of what: 6 of "pack" in "six pack", 500 "g" in "500 g bag"."""
-    parts, size = re.findall(r"\d+(?:\.\d+)?|[^\W\d_]+", unit), 1.0
+    parts = re.findall(r"[0-9]{1,6}(?:\.[0-9]{1,3})?|[^\W\d_]+", unit)
     sizes = [
-        float(part) if part[0].isdigit() else _SIZES.get(part) or word_value(part) for part in parts
+        float(part) if part[0].isdigit() else _NUMBERS.get(part) or word_value(part)
+        for part in parts
     ]
     places = [place for place, each in enumerate(sizes) if each]
     if not places:
-        return size, " ".join(parts)
+        return 1.0, " ".join(parts)
+    size = min(math.prod(each for each in sizes if each), 1e6)
     after = "".join(map(singular, parts[places[-1] + 1 : places[-1] + 2]))
-    size = math.prod(each for each in sizes if each)
     return size, after if after in (*_GRAMS, *_MILLILITRES) else "pack"
