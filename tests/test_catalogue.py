@@ -62,6 +62,26 @@ def test_tags_state_facts(name: str, tag: str, *, has: bool) -> None:
         ("$.99", "0.99"),
         ("Rs. 20", "20"),
         ("Rs.20", "20"),
+        ("Rs 20/-", "20"),
+        ("1'299.00", "1299.00"),
+        ("1\u2019299.00", "1299.00"),
+        ("1 299,00", "1299.00"),
+        ("1\u202f299,00 kr", "1299.00"),
+        ("1,23,456.00", "123456.00"),
+        ("12,-", "12"),
+        ("12.50 each", "12.50"),
+        ("10-12 \u20ac", "10"),
+        ("$2.49 USD", "2.49"),
+        ("1.299", None),
+        ("1.2.3", None),
+        ("1,2,3", None),
+        ("$1.5k", None),
+        ("2 for $5", None),
+        ("3/$10", None),
+        ("$1.99/lb", None),
+        ("99\u00a2", None),
+        ("$2.49 EUR", None),
+        ("(5.00)", None),
         ("", None),
         ("free", None),
         ("-5.00", None),
@@ -96,6 +116,54 @@ def test_currency_comes_from_the_file(tmp_path: Path) -> None:
     text = "name,price,currency\nTea,2,\u20ac\n"
     assert load(tmp_path, text).money(Decimal("1234.5")) == "\u20ac1,234.50"
     assert load(tmp_path, text).money(None) == "no price"
+
+
+@pytest.mark.parametrize(
+    ("cell", "shown"),
+    [
+        ("\u20ac2.49", "\u20ac2.49"),
+        ("2,49 \u20ac", "\u20ac2.49"),
+        ("CHF 12.50", "CHF 12.50"),
+        ("12,50 kr", "kr 12.50"),
+        ("R$ 10,00", "R$10.00"),
+        ("Rs. 20", "Rs.20.00"),
+        ("\u20b8500", "\u20b8500.00"),
+        ("2.49", "$2.49"),
+    ],
+)
+def test_a_price_is_shown_in_its_own_currency(tmp_path: Path, cell: str, shown: str) -> None:
+    shop = load(tmp_path, f'name,price\nTea,"{cell}"\n')
+    assert shop.money(shop.items[0].price) == shown
+
+
+@pytest.mark.parametrize(
+    ("cells", "shown", "told"),
+    [
+        (["\u20ac2", "$3"], ["\u20ac2.00", "no price"], "not in \u20ac but in $"),
+        (["$3", "\u20ac2", "\u20ac5"], ["no price", "\u20ac2.00", "\u20ac5.00"], "but in $"),
+        (["$2", "CA$3", "4"], ["$2.00", "no price", "$4.00"], "not in $ but in CA$"),
+        (["\u20b920", "Rs. 30"], ["\u20b920.00", "\u20b930.00"], ""),
+        (["\u00a32", "3 GBP"], ["\u00a32.00", "\u00a33.00"], ""),
+        (["2 for $5", "$3"], ["no price", "$3.00"], 'not understood, such as "2 for $5"'),
+        (["2,49", "1.299"], ["$2.49", "$1,299.00"], ""),
+        (["2.49", "1.299"], ["$2.49", "$1.30"], ""),
+        (["2.49", "2,49", "1.299"], ["$2.49", "$2.49", "no price"], 'such as "1.299"'),
+    ],
+)  # fmt: skip
+def test_prices_of_a_catalogue_are_of_one_kind_or_told(
+    tmp_path: Path, cells: list[str], shown: list[str], told: str
+) -> None:
+    rows = "".join(f'Tea {place},"{cell}"\n' for place, cell in enumerate(cells))
+    shop = load(tmp_path, f"name,price\n{rows}")
+    assert [shop.money(item.price) for item in shop.items] == shown
+    assert told in " ".join(shop.notes)
+    assert bool(shop.notes) is bool(told)
+
+
+def test_a_column_of_two_currencies_is_told(tmp_path: Path) -> None:
+    shop = load(tmp_path, "name,price,currency\nTea,2,USD\nRye,3,EUR\nOil,4,USD\n")
+    assert [shop.money(item.price) for item in shop.items] == ["USD 2.00", "no price", "USD 4.00"]
+    assert "1 prices are not in USD but in EUR: they do not count." in shop.notes
 
 
 def test_names_lose_control_and_invisible_characters(tmp_path: Path) -> None:

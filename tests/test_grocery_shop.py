@@ -216,6 +216,31 @@ def test_kinds_lead_to_items_and_the_nearest_fit_the_goal() -> None:
             {"Dates": 1, "AA Batteries": 2, "Lager Beer": 2},
         ),
         (["add lager | 2 six-pack"], {"Lager Beer": 2}),
+        (["add avocados | 3"], {"Avocados": 2}),
+        (["set avocados | 3"], {"Avocados": 2}),
+        (["add avocados | 1 pair"], {"Avocados": 1}),
+        (["add eggs | 120"], {"Large Eggs": 10}),
+        (["add coke | 1 six pack"], {"Cola": 1}),
+        (["add cola | 1 6-pack"], {"Cola": 1}),
+        (["add cola | 6 pack"], {"Cola": 6}),
+        (["add cola | 1 twelve pack"], {"Cola": 2}),
+        (["add cola | 2 x 6-pack"], {"Cola": 2}),
+        (["add eggs | 1 box of 24"], {"Large Eggs": 2}),
+        (["add milk | 1 four-pack"], {"Whole Milk": 4}),
+        (["add flour | 4 500 g bag"], {"All-Purpose Wheat Flour": 2}),
+        (["add potatoes | 4 pound"], {"White Potatoes": 2}),
+        (["add cola | 3 can", "remove cola | 1 6-pack"], {}),
+        (["add cheese | 10 $; add tea | 5 euro; remove milk | 3 $"], {}),
+        (["add milk", "remove milk | 3 $"], {"Whole Milk": 1}),
+        (["add cola | 1 dozen can; add milk | 1 dozen"], {"Cola": 2, "Whole Milk": 12}),
+        (
+            ["add butter | 2 half pound; add eggs | 3 half dozen"],
+            {"Unsalted Butter": 2, "Large Eggs": 2},
+        ),
+        ([f"add milk | 1 {'9' * 400}-pack"], {"Whole Milk": 99}),
+        (["add ten beers; add 7 up"], {"Lager Beer": 2}),
+        (["add four cheese pizza"], {"Frozen Four Cheese Pizza": 1}),
+        (["add eggs", "swap eggs | for 3 avocados"], {"Avocados": 2}),
         (["add milk | 99; add eggs", "swap eggs | for milk"], {"Whole Milk": 99, "Large Eggs": 1}),
         (["add unicorn steak; add thing"], {}),
         (["add white granulated sugar; add trahs bags"], {"Granulated Sugar": 1, "Trash Bags": 1}),
@@ -239,12 +264,47 @@ def test_orders_come_to_the_things_that_they_name(said: list[str], basket: dict[
         ("only keto", 'cannot tell by names and labels what is "keto"'),
         ("avoid sulphites | why allergy", 'cannot tell by names and labels what is "sulphites"'),
         ("budget | 2 $; add salmon", "above the $2.00 that you named"),
+        ("budget | 2 buck; add salmon", "above the $2.00 that you named"),
+        ("budget | 2; add salmon", "above the $2.00 that you named"),
+        ("budget | 2 €", 'prices here are in $, so "2 €" sets no limit'),
+        ("budget | 30 quid", 'prices here are in $, so "30 quid" sets no limit'),
+        ("budget | 30 kilo", 'prices here are in $, so "30 kilo" sets no limit'),
+        ("budget", "did not understand how much it may cost"),
+        ("add cheese | 10 $", 'how much Cheddar Cheese is "10 $". Please say how many.'),
+        ("add avocados | 3", '2 x Avocados (2 ct) is more than the "3" that you asked for.'),
+        ("add cola | 1 can", '1 x Cola (6 ct) is more than the "can" that you asked for.'),
+        ("add flour | 1.5 kg", 'more than the "1.5 kg"'),
+        ("add cucumber | 2 kg", 'cannot tell how many Cucumber are "2 kg", so I take 1.'),
         ("buy", "There is nothing to buy: the basket is empty."),
         ("clear", "The basket is empty."),
     ],
 )
 def test_what_cannot_be_done_is_told_in_a_sentence(said: str, told: str) -> None:
     assert told in " ".join(follow(shop(), said))
+
+
+@pytest.mark.parametrize(
+    "said",
+    [
+        "add avocados | 4; add flour | 2 kg; add cola | 1 six pack; add eggs | 2 dozen",
+        "add avocados; add milk | 1 pack; add tofu | 3",
+        "budget | 9 dollar; budget | 9; budget | 9 USD",
+    ],
+)
+def test_what_is_as_it_was_ordered_needs_no_words(said: str) -> None:
+    assert follow(shop(), said) == []
+
+
+def test_a_budget_in_another_currency_limits_nothing() -> None:
+    euros = GroceryShop(Catalogue(CATALOGUE.items, currency="€"), search=SEARCH)
+    assert follow(euros, "budget | 2 $; add salmon") == [
+        'The prices here are in €, so "2 $" sets no limit. '
+        "Please say the most that it may cost in €."
+    ]
+    said = standing_after("budget | 2 $")
+    assert "you named" not in euros.answer(Order("ask"), said, PICK)
+    assert euros.actions("bread", said)
+    assert "above the €2.00" in " ".join(follow(euros, "budget | 2 euro; add salmon"))
 
 
 def test_an_empty_basket_cannot_be_bought_and_a_full_one_only_by_a_lasting_act() -> None:

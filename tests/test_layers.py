@@ -8,7 +8,16 @@ import goalscope
 
 ROOT = Path(goalscope.__file__).parent
 LAYERS = [
-    {"types", "invisible", "plain_text", "safe_text", "calibration", "extras", "words"},
+    {
+        "types",
+        "amounts",
+        "invisible",
+        "plain_text",
+        "safe_text",
+        "calibration",
+        "extras",
+        "words",
+    },
     {
         "belief",
         "models",

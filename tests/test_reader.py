@@ -89,6 +89,60 @@ def test_none_stands_alone():
     assert Reader(Writes("none\nadd milk"), VERBS).read("milk").orders == (Order("add", "milk"),)
 
 
+@pytest.mark.parametrize(
+    ("message", "written", "read"),
+    [
+        ("a thousand and one nights", "add 1001 nights", "add thousand and one nights"),
+        ("keep it under $1,250", "budget | 1250", "budget | 1250 $"),
+        ("keep it under $1,250", "budget | 250", "budget"),
+        ("€30 for 30 eggs", "add eggs | 30", "add eggs | 30"),
+        ("€30 of eggs", "add eggs | 30", "add eggs | 30 €"),
+        ("20 dollars 50 max", "budget | 20 dollar", "budget | 20.5 dollar"),
+        ("20 dollars 50 eggs", "budget | 20\nadd eggs | 50", "budget | 20 dollar\nadd eggs | 50"),
+        ("5 pounds 99 at most", "budget | 99", "budget | 5.99 pound"),
+        ("two dollars", "budget | 2 dollar", "budget | 2 dollar"),
+        ("a 6-pack of milk", "add milk | 6 pack", "add milk | 1 6-pack"),
+        ("6 packs of milk", "add milk | 6 pack", "add milk | 6 pack"),
+        ("a box of 24 eggs", "add eggs | 1 box", "add eggs | 1 box of 24"),
+        ("a box of 24 eggs", "add 24 eggs | 1 box", "add eggs | 1 box of 24"),
+        ("24 eggs and a box of tea", "add tea | 1 box", "add tea | 1 box"),
+    ],
+)
+def test_amounts_of_a_reading_are_those_that_were_said(message, written, read):
+    assert orders_to_text(Reader(Writes(written), VERBS).read(message).orders) == read
+
+
+@pytest.mark.parametrize(
+    ("message", "written", "sure"),
+    [
+        ("120 milk", "add milk | 120", True),
+        ("one hundred and twenty milk", "add milk | 120", True),
+        ("120 milk", "add milk | 12", True),  # a dozen is said in many ways
+        ("120 milk", "add milk | 1200", False),
+        ("double the milk", "add milk | 24", False),
+        ("a dozen and a half milk", "add milk | 1.5", False),
+        ("as many as I said", "add many | 40", True),
+    ],
+)
+@pytest.mark.parametrize("takes_grammar", [True, False])
+def test_a_number_that_nobody_said_is_unsure(message, written, sure, takes_grammar):
+    before = [Exchange("", "forty milk", (Order("add", "milk", 40.0),))]
+    what, number = written.removeprefix("add ").split(" | ")
+    text = (
+        written if takes_grammar else f'[{{"do": "add", "what": "{what}", "quantity": {number}}}]'
+    )
+    reading = Reader(Writes(text, takes_grammar=takes_grammar), VERBS).read(message, before=before)
+    assert reading.sure(reading.orders[0], 0.25) is sure
+
+
+def test_the_model_is_shown_plain_figures_and_nobody_else():
+    model = Writes("none")
+    before = [Exchange("Twenty or 1,5 kg?", "two hundred and one", (Order("none"),))]
+    Reader(model, VERBS, taught=True).read("€1.250,50!", question="$1.5k?", before=before)
+    said = [each.content for each in model.asked[0]["messages"]]
+    assert said[1:] == ["(Asked: 20 or 1.5 kg?)\n201", "none", "(Asked: $1500?)\n€1250.5!"]
+
+
 @pytest.mark.parametrize("message", ["", "  ", "\u200b"])
 def test_an_empty_message_is_refused(message):
     with pytest.raises(InvalidInputError, match="utterance"):

@@ -151,7 +151,9 @@ def order_in_words(order: Order) -> str:
         amount = f"{order.quantity:.3f}".rstrip("0").rstrip(".")
         if order.unit:
             amount += f" {_counted(order.unit, order.quantity)}"
-    if order.do in ACTS and not (order.do in ("ask", "undo") and (what or amount)):
+    if order.do == "budget" and not amount:
+        text = "a budget without a sum"
+    elif order.do in ACTS and not (order.do in ("ask", "undo") and (what or amount)):
         text = ACTS[order.do].format(what=what, amount=amount)
     elif order.do == "ask":
         text = f"a question about {what}"
@@ -179,11 +181,12 @@ def order_in_words(order: Order) -> str:
 
 def _counted(unit: str, quantity: float) -> str:
     """A unit in the number of its quantity; abbreviations and "dozen" have one form."""
-    if quantity == 1 or len(unit) < 3 or unit.endswith("s") or unit == "dozen":
-        return unit
+    unit, of, size = unit.partition(" of ")
+    if quantity == 1 or len(unit) < 3 or unit.endswith("s") or unit == "dozen" or unit.isupper():
+        return unit + of + size
     if unit == "loaf":
         return "loaves"
-    return unit + ("es" if unit.endswith(("ch", "sh", "x")) else "s")
+    return unit + ("es" if unit.endswith(("ch", "sh", "x")) else "s") + of + size
 
 
 def _place(where: str) -> str:

@@ -5,17 +5,21 @@ thing was said, now or earlier, or is shown by the environment: so no reading or
 named. A grammar enforces this where the engine takes one; where a server only takes a JSON schema,
 the answer is checked. Small models write short canonical English under a grammar better than free
 text (Shin et al., 2021).
+
+Models misread amounts: number words, marks between digits, sums of money. So they are shown all
+amounts in plain figures, and a quantity that nobody said is asked about.
 """
 
 from __future__ import annotations
 
 import json
 import re
-from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Collection, Iterable, Mapping, Sequence
+from dataclasses import dataclass, replace
 from typing import Any, Literal, cast
 from unicodedata import category
 
+from goalscope.amounts import figures, numbers_in, sums_in
 from goalscope.models import Generator
 from goalscope.orders import (
     DIALOGUE_ACTS,
@@ -39,6 +43,7 @@ from goalscope.types import (
     UnreadableAnswerError,
     checked_text,
 )
+from goalscope.words import singular
 
 __all__ = ["MOST_ORDERS", "Exchange", "Reader"]
 __all__ += ["check_verbs", "grammar_of", "reader_of", "schema_of"]
@@ -54,6 +59,9 @@ _LONGEST_NAME = 12  # words of a thing
 _PHRASES = ("what", "for", "where", "if")
 _UNWRITTEN = frozenset({"Cc", "Cn", "Co", "Cs"})  # Unicode categories that no word holds
 _NAMING = ("avoid", "only")  # acts that need a thing
+_PACKS = ("pack", "pk")  # units that a number may belong to: a 6-pack
+_UP_TO = 12  # numbers that other words stand for: both, a few, half a dozen
+_SUREST = 99.0  # nats, where a model reports none
 
 
 @dataclass(frozen=True, slots=True)
@@ -131,10 +139,11 @@ class Reader:
             InvalidInputError: The message is empty, broken, or too long for the model.
             UnreadableAnswerError: The model wrote no valid reading.
         """
-        message = plain(checked_text(message, "utterance"))
-        question = plain(question)
+        typed = plain(checked_text(message, "utterance"))
+        message, written_as = figures(typed)
+        question = _legible(question)
         before = [
-            Exchange(plain(each.question), plain(each.message), each.orders)
+            Exchange(_legible(each.question), _legible(each.message), each.orders)
             for each in before[-_WINDOW:]
         ]
         shown = [*self._examples, *before]
@@ -150,7 +159,7 @@ class Reader:
             )
         texts = [text for each in before for text in (each.question, each.message)]
         said = dict.fromkeys(
-            word for text in (message, question, *texts, *names) for word in words_of(text)
+            word for text in (message, typed, question, *texts, *names) for word in words_of(text)
         )
         if self.form == "text":
             written = self.model.generate(
@@ -161,11 +170,18 @@ class Reader:
                 prompt, max_tokens=3 * _MOST_TOKENS, schema=schema_of(self._own)
             )
         lines = self._lines(written.text, said)
+        earlier = {each.quantity or 0.0 for exchange in before for each in exchange.orders}
+        earlier |= {number for text in (question, *texts) for number in numbers_in(text)}
+        amounts = _Amounts(message, written_as, numbers_in(message) | earlier)
+        lines = [amounts.mended(each, lines) for each in lines]
         orders = tuple(dict.fromkeys(lines))
         if len(orders) > 1:
             orders = tuple(each for each in orders if each.do != "none")
         orders = orders[:MOST_ORDERS] or (Order("none"),)
         margins = written.margins and self._margins(orders, lines, written.margins)
+        if any(map(amounts.doubts, orders)):
+            found = zip(orders, margins or [_SUREST] * len(orders), strict=True)
+            margins = tuple(0.0 if amounts.doubts(each) else margin for each, margin in found)
         return Reading(orders, written.log_probability, margins)
 
     def prompt(
@@ -219,6 +235,77 @@ class Reader:
                         "called. Please say it in other words."
                     )
         return orders
+
+
+class _Amounts:
+    """The amounts of a message, by which those of its reading are mended.
+
+    Args:
+        text: The message in plain figures.
+        written_as: How each figure was written.
+        numbers: All numbers that were said, now or earlier.
+    """
+
+    def __init__(self, text: str, written_as: Mapping[str, str], numbers: Collection[float]):
+        self._text, self._written_as, self._numbers = text, written_as, numbers
+        self._sums = sums_in(text)
+        self._counts = numbers_in(text, money=False)
+
+    def mended(self, order: Order, lines: Sequence[Order]) -> Order:
+        """An order of a reading with its things as they were written and the unit of its quantity.
+
+        A sum of money has its currency. A budget that nobody named is one without a quantity.
+        """
+        names = ("what", "for_", "where", "if_")
+        order = replace(order, **{name: self._as_written(getattr(order, name)) for name in names})
+        if order.quantity is None:
+            return order
+        if order.do == "budget":
+            return self._budget(order, lines)
+        if not order.unit and order.quantity not in self._counts:
+            sums = (each for each in self._sums if float(each.amount) == order.quantity)
+            order = replace(order, unit=next((singular(each.currency) for each in sums), ""))
+        return self._holding(order) if order.unit and " " not in order.unit else order
+
+    def doubts(self, order: Order) -> bool:
+        """Whether nobody said an order's quantity, although only its number can say it."""
+        number = order.quantity or 0.0
+        broken = number > 1 and not number.is_integer() and not order.unit
+        return (number > _UP_TO or broken) and number not in self._numbers
+
+    def _budget(self, order: Order, lines: Sequence[Order]) -> Order:
+        """A budget with its currency and its cents, which a reading may leave out or take alone."""
+        times = 1000 if order.unit in ("k", "K") else 1
+        order = replace(order, quantity=times * (order.quantity or 0))
+        order = replace(order, unit="") if times > 1 else order
+        counts = [each.quantity for each in lines if each.do != "budget"]
+        for sum in self._sums:
+            cents = 0 if sum.beside in counts else sum.beside
+            if order.quantity in (float(sum.amount), cents or None):
+                amount = float(sum.amount) + cents / 100
+                return replace(order, quantity=amount, unit=singular(sum.currency))
+        return order if order.quantity in self._numbers else Order("budget", if_=order.if_)
+
+    def _holding(self, order: Order) -> Order:
+        """An order for packs with their size, if it was said: "a 6-pack", "2 boxes of 12 eggs"."""
+        unit, count = re.escape(order.unit), order.quantity or 1.0
+        first, _, rest = order.what.partition(" ")
+        what = rest if rest and numbers_in(first) else order.what
+        holding = rf"\b{unit}(?:e?s)? of (\w+) {re.escape(what)}"
+        if found := re.search(holding, self._text, re.IGNORECASE):
+            size = max(numbers_in(found[1]), default=0)
+            return replace(order, what=what, unit=f"{order.unit} of {size:g}") if size else order
+        sized = rf"(?:(\w+) (?:x )?)?(?<![\w.,])(\w+?)[ -]?{unit}(s?)(?!\w)"
+        for found in re.finditer(sized, self._text if order.unit in _PACKS else ""):
+            size = max(numbers_in(found[2]), default=0)
+            if size and count in numbers_in(found[1] or ""):
+                return replace(order, quantity=count, unit=f"{size:g}-{order.unit}")
+            if size == count != 1 and not found[3]:
+                return replace(order, quantity=1.0, unit=f"{size:g}-{order.unit}")
+        return order
+
+    def _as_written(self, phrase: str) -> str:
+        return " ".join(self._written_as.get(word, word) for word in phrase.split())
 
 
 def reader_of(
@@ -290,6 +377,11 @@ def schema_of(verbs: Sequence[Verb]) -> dict[str, Any]:
         "additionalProperties": False,
     }
     return {"type": "array", "items": order, "minItems": 1, "maxItems": MOST_ORDERS}
+
+
+def _legible(text: str) -> str:
+    """A text with plain characters and figures."""
+    return figures(plain(text))[0]
 
 
 def _asked(question: str, message: str) -> str:

@@ -5,19 +5,25 @@ from __future__ import annotations
 import csv
 import io
 import re
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections import Counter
+from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from decimal import Decimal
 from importlib.resources import files
 from pathlib import Path
 
+from goalscope.amounts import Money, decimal_marks, price, same_currency
 from goalscope.invisible import without_invisible
+from goalscope.plain_text import plain
 from goalscope.types import InvalidInputError
 
 __all__ = ["Catalogue", "Item"]
 
 _LONGEST = 120
 """Maximum length of a name, a category, a unit or a tag."""
+
+_QUOTED = 30
+"""Characters of a price that a note quotes, and of a currency."""
 
 _COLUMNS: Mapping[str, tuple[str, ...]] = {
     "name": ("name", "product name", "product", "title", "product title", "item", "item name"),
@@ -30,14 +36,9 @@ _COLUMNS: Mapping[str, tuple[str, ...]] = {
 }
 """The usual headings of each column, likeliest first."""
 
-_NUMBER = r"(\.\d+|\d+(?:[.,]\d+)*)"
-_RANGE = re.compile(
-    _NUMBER + r"(?:\s*(?:through|to|[-\u2013\u2014]))+\s*[^\d\s]{0,3}\s*" + _NUMBER, re.IGNORECASE
-)
 _CONTROL = re.compile(r"[\x00-\x1f\x7f-\x9f]")
-_SINGLE = re.compile(
-    r"^[^\d.,\-\u2212]*(?:(?<=[a-z])\.\s*)?" + _NUMBER + r"(?![\d.,]*e[+-]?\d)", re.IGNORECASE
-)
+_THROUGH = re.compile(r"(?:\s*(?:through|to|-)\s*)+(?=\S)", re.IGNORECASE)
+"""Between the two ends of a range of prices."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -66,7 +67,7 @@ class Catalogue:
 
     Attributes:
         items: All items.
-        currency: Symbol to print before a price.
+        currency: Symbol or code to print before a price.
         notes: Notes on what was adapted while loading, one sentence each.
     """
 
@@ -97,7 +98,8 @@ class Catalogue:
 
     def money(self, amount: Decimal | None) -> str:
         """`amount` formatted, such as "$4.50", or "no price"."""
-        return "no price" if amount is None else f"{self.currency}{amount:,.2f}"
+        gap = " " if self.currency[-1:].isalpha() else ""
+        return "no price" if amount is None else f"{self.currency}{gap}{amount:,.2f}"
 
     @classmethod
     def load(
@@ -129,10 +131,11 @@ class Catalogue:
             raise InvalidInputError(
                 f"Cannot read the catalogue {label}: {error.strerror or error}. Name a CSV file."
             ) from None
-        rows = _rows(_decoded(raw, label), label)
-        headings = next(rows, list[str]())
-        where = _placed(headings, columns or {}, label)
-        return _collected(rows, where, label)
+        text = _decoded(raw, label)
+        rows, again = _rows(text, label), _rows(text, label)
+        where = _placed(next(rows, list[str]()), columns or {}, label)
+        next(again)
+        return _collected(rows, where, _prices(again, where), label)
 
 
 def _decoded(raw: bytes, label: str) -> str:
@@ -152,6 +155,7 @@ def _decoded(raw: bytes, label: str) -> str:
 
 
 def _rows(text: str, label: str) -> Iterator[list[str]]:
+    """The rows of a catalogue, its headings first."""
     heading = text.partition("\n")[0]
     reader = csv.reader(io.StringIO(text, newline=""), delimiter=max(",;\t", key=heading.count))
     try:
@@ -195,36 +199,113 @@ def _placed(headings: list[str], columns: Mapping[str, str], label: str) -> dict
     return where
 
 
-def _collected(rows: Iterable[list[str]], where: Mapping[str, int], label: str) -> Catalogue:
+def _collected(
+    rows: Iterable[list[str]], where: Mapping[str, int], prices: _Prices, label: str
+) -> Catalogue:
     items: list[Item] = []
-    currency = ""
     taken: set[str] = set()
-    counts = {"nameless": 0, "ranges": 0, "unpriced": 0, "renamed": 0}
+    nameless = renamed = 0
     for row in rows:
         cells = {c: _clean(row[i]) if i < len(row) else "" for c, i in where.items()}
         if not cells["name"]:
-            counts["nameless"] += any(cell.strip() for cell in row)
+            nameless += any(cell.strip() for cell in row)
             continue
-        unit = cells.get("unit", "")
-        price, is_range = _price(cells.get("price", ""))
-        counts["ranges"] += is_range
-        counts["unpriced"] += price is None
+        unit, cost = cells.get("unit", ""), prices.amounts[_paid(row, where)]
         name = _unique(cells["name"], (unit, cells.get("brand", "")), taken)
-        counts["renamed"] += name != cells["name"]
+        renamed += name != cells["name"]
         taken.add(name)
         tags = frozenset(t for t in map(str.strip, cells.get("tags", "").lower().split(";")) if t)
-        items.append(Item(len(items) + 1, name, cells.get("category", ""), unit, price, tags))
-        currency = currency or cells.get("currency", "")
+        items.append(Item(len(items) + 1, name, cells.get("category", ""), unit, cost, tags))
     if not items:
         raise InvalidInputError(f"The catalogue {label} has no rows with a name. Check the file.")
-    sentences = {
-        "nameless": "{} rows without a name were left out.",
-        "ranges": "{} prices were ranges; the lower end is used.",
-        "unpriced": "{} items have no price.",
-        "renamed": "{} repeated names were told apart by unit, brand or number.",
+    notes = [f"{nameless} rows without a name were left out."] if nameless else []
+    notes += prices.notes
+    if renamed:
+        notes.append(f"{renamed} repeated names were told apart by unit, brand or number.")
+    return Catalogue(items, currency=prices.currency, notes=notes)
+
+
+def _paid(row: Sequence[str], where: Mapping[str, int]) -> tuple[str, str]:
+    """What a row has for the price and for the currency."""
+    places = (where.get(column, len(row)) for column in ("price", "currency"))
+    price, currency = (row[place] if place < len(row) else "" for place in places)
+    return price, currency
+
+
+@dataclass(frozen=True, slots=True)
+class _Prices:
+    """The prices of a catalogue.
+
+    Attributes:
+        amounts: By what a row has for the price and the currency; None for no price.
+        currency: That of most.
+        notes: What was not understood, or is in another currency, and so is no price.
+    """
+
+    amounts: Mapping[tuple[str, str], Decimal | None]
+    currency: str
+    notes: Sequence[str]
+
+
+def _prices(rows: Iterable[list[str]], where: Mapping[str, int]) -> _Prices:
+    """Read the prices of all rows, since one alone does not tell what its marks mean."""
+    named = (row for row in rows if any(map(str.strip, row[where["name"] :][:1])))
+    counts = Counter(_paid(row, where) for row in named)
+    cells = {paid: _clean(paid[0]) for paid in counts}
+    decimals = {mark for cell in cells.values() for mark in decimal_marks(cell)}
+    read = {paid: _price(cell, decimals) for paid, cell in cells.items()}
+    stated = {
+        paid: money.currency if money and money.currency else _clean(paid[1])
+        for paid, money in read.items()
     }
-    notes = [s.format(counts[key]) for key, s in sentences.items() if counts[key]]
-    return Catalogue(items, currency=(currency or "$")[:4], notes=notes)
+    said = Counter[str]()
+    for paid, money in read.items():
+        said[stated[paid]] += counts[paid] if money else 0
+    names = [name for name, _ in said.most_common() if name]
+    main = names[0] if names else "$"
+    others = [name for name in names if said[name] and not same_currency(name, main)]
+    ranges = [paid for paid, money in read.items() if money and len(_ends(cells[paid])) == 2]
+    wrong = [paid for paid, money in read.items() if cells[paid] and not money]
+    foreign = [paid for paid, money in read.items() if money and stated[paid] in others]
+    amounts = {
+        paid: money.amount if money and stated[paid] not in others else None
+        for paid, money in read.items()
+    }
+    none = [paid for paid, amount in amounts.items() if amount is None]
+    example = cells[wrong[0]][:_QUOTED] if wrong else ""
+    told = [
+        (ranges, "prices were ranges; the lower end is used."),
+        (wrong, f'prices were not understood, such as "{example}".'),
+        (foreign, f"prices are not in {main} but in {', '.join(others)}: they do not count."),
+        (none, "items have no price."),
+    ]
+    notes = [f"{sum(counts[paid] for paid in each)} {text}" for each, text in told if each]
+    return _Prices(amounts, main[:_QUOTED], notes)
+
+
+def _price(cell: str, decimals: Collection[str]) -> Money | None:
+    """The price in a cell, or the lower end of a range of prices.
+
+    Args:
+        cell: The cell.
+        decimals: The marks that stand before decimals in the column. Where it has both, or none,
+            1.299 may be either number.
+    """
+    mark = next(iter(decimals)) if len(decimals) == 1 else ""
+    if not decimals and "," in cell:
+        mark = "."
+    found = [price(part, mark) for part in _ends(cell)]
+    ends = [each for each in found if each]
+    names = [each.currency for each in ends if each.currency]
+    mixed = names and not same_currency(names[-1], names[0])
+    if not 0 < len(ends) == len(found) <= 2 or mixed:
+        return None
+    return Money(min(each.amount for each in ends), names[0] if names else "")
+
+
+def _ends(cell: str) -> list[str]:
+    """The two ends of a range, or the one price; "12,-" and "12/-" are 12."""
+    return _THROUGH.split(re.sub(r"(?<=\d)(?:[.,]-{1,2}|/-)(?!\d)", "", plain(cell)))
 
 
 def _clean(text: str) -> str:
@@ -243,20 +324,3 @@ def _unique(name: str, suffixes: Iterable[str], taken: set[str]) -> str:
     while (told := f"{name} ({number})") in taken:
         number += 1
     return told
-
-
-def _price(cell: str) -> tuple[Decimal | None, bool]:
-    """The price in `cell`, or None; and whether it was the lower end of a range."""
-    if match := _RANGE.search(cell):
-        return min(_decimal(match[1]), _decimal(match[2])), True
-    match = _SINGLE.match(cell)
-    return (_decimal(match[1]), False) if match and len(match[1]) <= 12 else (None, False)
-
-
-def _decimal(digits: str) -> Decimal:
-    """A number with either decimal sign: 1,299.00 or 1.299,00 or 2,49."""
-    head, mark, tail = digits.rpartition("," if digits.rfind(",") > digits.rfind(".") else ".")
-    is_decimal = digits.count(".") == 1 if mark == "." else len(tail) < 3
-    if mark and is_decimal:
-        return Decimal(f"{re.sub(r'[.,]', '', head) or 0}.{tail}")
-    return Decimal(re.sub(r"[.,]", "", digits))

@@ -6,8 +6,9 @@ import math
 import re
 from collections.abc import Collection, Iterable, Mapping, Sequence
 from functools import cached_property
-from typing import Literal
+from typing import Literal, NotRequired, TypedDict
 
+from goalscope.amounts import is_currency, word_value
 from goalscope.envs.grocery.catalogue import Catalogue, Item
 from goalscope.envs.grocery.dietary import Bounds, bounds_of, labelled, labelled_in
 from goalscope.envs.grocery.diets import DIETS, finder
@@ -64,10 +65,21 @@ _MILLILITRES = {
 _PACKAGES = frozenset(
     ("pack", "packet", "package", "pkg", "box", "bag", "carton", "case", "crate", "sixpack", "tray")
 )
-_SIZE = re.compile(rf"(\d+(?:\.\d+)?)\s*({'|'.join([*_GRAMS, *_MILLILITRES])})\b")
-_PIECES = re.compile(r"(\d+)\s*(?:ct|count|pack|pk|pcs|pieces)\b|.*, about (\d+)$")
+_NUMBERS = {"dozen": 12.0, "pair": 2.0, "half": 0.5, "quarter": 0.25}
+_SIZE = re.compile(rf"(?:(\d+)\s*x\s*)?(\d+(?:\.\d+)?)\s*({'|'.join([*_GRAMS, *_MILLILITRES])})\b")
+_PIECES = re.compile(
+    r"(\d+)(?:\s*x\s*\d|[\s-]*(?:ct|count|pack|pk|pcs|pieces)\b)|(?:pack|box|bag) of (\d+)"
+    r"|.*, about (\d+)$"
+)
 
-_Counted = Literal["packages", "pieces", "dozens", "grams", "millilitres"]
+_Counted = Literal["packages", "pieces", "dozens", "grams", "millilitres", "money"]
+
+
+class CountedThing(TypedDict):
+    """A thing, and how many; see `Choice.counted`."""
+
+    what: str
+    quantity: NotRequired[float]
 
 
 class Choice:
@@ -157,6 +169,14 @@ class Choice:
                 is_any = (_ANY | _SMALL).issuperset(singulars(rest))
                 return sign, "" if is_any else rest
         return 0, phrase
+
+    def counted(self, phrase: str) -> CountedThing:
+        """What a phrase is and how many, if it begins with a number that is no part of a name."""
+        first, _, rest = phrase.partition(" ")
+        number = float(first) if re.fullmatch(r"[0-9]{1,6}", first) else word_value(first)
+        if not rest or number is None or self._search.named(phrase):
+            return {"what": phrase}
+        return {"what": rest, "quantity": float(number)}
 
     def held(self, phrase: str, items: Sequence[Item]) -> list[Item]:
         """Those of `items`, such as a basket's, that a phrase means."""
@@ -349,39 +369,70 @@ def _is_a(item: Item, phrase: str) -> bool:
     return contains(singulars(item.name), singulars(phrase))
 
 
-def packages(order: Order, item: Item) -> int:
+def packages(order: Order, item: Item) -> tuple[int, str]:
     """How many units of `item` an order comes to, at least 1 where it is not for none.
 
     Two dozen eggs are two of a unit "12 ct", six bagels one of "6 ct", ten bananas two of "1 kg,
     about 7", and 1.5 kg two of "1 kg". Where the unit does not say how many pieces it holds, a
-    piece and a dozen are taken for one unit; so is any weight or volume that the unit cannot be
-    compared with. A bottle or a roll is a piece, and a pack or a box a unit of the item.
+    piece is taken for one unit, and so is a dozen of an item without a unit, or any weight or
+    volume that the unit cannot be compared with. A bottle or a roll is a piece, a pack or a box a
+    unit of the item, and a pack of six is six pieces.
+
+    Returns:
+        The number, and a note where that is more than was ordered or nobody can tell; "" where it
+        is what was ordered. No units come to a sum of money.
     """
     number, counted = _counted(order)
-    unit = item.unit.lower()
+    unit, one, slack = item.unit.lower(), 1.0, 0.0
+    ordered = f"{order.quantity or 1:g} {order.unit}".strip().removeprefix("1 ")
+    if counted == "money":
+        return 0, f'I cannot tell how much {item.name} is "{ordered}". Please say how many.'
     if counted in ("grams", "millilitres"):
         size = _SIZE.match(unit)
         measures = _GRAMS if counted == "grams" else _MILLILITRES
-        one = float(size[1]) * measures.get(size[2], 0) if size else 0
-        number = math.ceil(number / one - 0.01) if one else 1
-    elif counted in ("pieces", "dozens"):
-        found = _PIECES.match(unit)
-        pieces = int(found[1] or found[2]) if found else 0
-        if pieces:
-            number = math.ceil(number / pieces)
-        elif counted == "dozens" and unit != "each":
-            number = math.ceil(number / 12)
-    return max(math.ceil(number), order.quantity != 0)
+        slack = 0.01
+        one = int(size[1] or 1) * float(size[2]) * measures.get(size[3], 0) if size else 0.0
+    elif counted in ("pieces", "dozens") and (found := _PIECES.match(unit)):
+        one = float(next(filter(None, found.groups())))
+    elif counted == "dozens" and not unit:
+        one = 12.0
+    units = max(math.ceil(number / one - slack) if one else 1, order.quantity != 0)
+    name = f"{item.name} ({item.unit})" if unit not in ("", "each") else item.name
+    if not one:
+        return units, f'I cannot tell how many {name} are "{ordered}", so I take {units}.'
+    if order.quantity is None or units * one <= number * (1 + slack):
+        return units, ""
+    return units, f'{units} x {name} is more than the "{ordered}" that you asked for.'
 
 
 def _counted(order: Order) -> tuple[float, _Counted]:
     """The number, and what it counts."""
     number = 1.0 if order.quantity is None else order.quantity
-    unit = singular(order.unit.casefold().strip(".").replace("-", " "))
+    unit = singular(order.unit.casefold().strip("."))
+    size, unit = _sized(unit)
+    number *= size
+    if is_currency(order.unit) and unit not in _GRAMS:  # a pound is a weight here
+        return number, "money"
     if unit in _GRAMS:
         return number * _GRAMS[unit], "grams"
     if unit in _MILLILITRES:
         return number * _MILLILITRES[unit], "millilitres"
-    if unit == "dozen":
-        return number * 12, "dozens"
-    return number, "packages" if _PACKAGES.intersection(unit.split()) else "pieces"
+    if "dozen" in order.unit.casefold():
+        return number, "dozens"
+    is_package = size == 1 and _PACKAGES.intersection(unit.split())
+    return number, "packages" if is_package else "pieces"
+
+
+def _sized(unit: str) -> tuple[float, str]:
+    """What one of a unit holds, and of what: 6 of "pack" in "six pack", 500 "g" in "500 g bag"."""
+    parts = re.findall(r"[0-9]{1,6}(?:\.[0-9]{1,3})?|[^\W\d_]+", unit)
+    sizes = [
+        float(part) if part[0].isdigit() else _NUMBERS.get(part) or word_value(part)
+        for part in parts
+    ]
+    places = [place for place, each in enumerate(sizes) if each]
+    if not places:
+        return 1.0, " ".join(parts)
+    size = min(math.prod(each for each in sizes if each), 1e6)
+    after = "".join(map(singular, parts[places[-1] + 1 : places[-1] + 2]))
+    return size, after if after in (*_GRAMS, *_MILLILITRES) else "pack"

@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import replace
 from decimal import Decimal
 
 from goalscope import envs
+from goalscope.amounts import same_currency
 from goalscope.envs import Environment, Pick, Resolution
 from goalscope.envs.grocery.catalogue import Catalogue, Item
 from goalscope.envs.grocery.choosing import MOST, Choice, packages
@@ -122,7 +124,7 @@ class GroceryShop(Environment):
             each.do == "avoid" and names(name, each.what) for each in standing.limits
         ):
             return []
-        bounds = self._choice.bounds(standing)
+        bounds = self._bounds(standing)
         most = None if bounds.budget is None else (bounds.budget - self.total) / _AT_ONCE
         found = self._choice.offers(name, bounds, {*self._basket, *self._taken_out})
         return [
@@ -148,7 +150,7 @@ class GroceryShop(Environment):
         """See `Environment.resolve`: limits remove violations."""
         if self._bought:
             return Resolution(why="The basket is bought already.")
-        bounds = self._choice.bounds(standing)
+        bounds = self._bounds(standing)
         match order.do:
             case "add" | "set":
                 return self._add(order, bounds, standing)
@@ -163,7 +165,7 @@ class GroceryShop(Environment):
                 nothing = "There is nothing to buy: the basket is empty."
                 return Resolution(buys, "" if buys else nothing)
             case "budget":
-                return Resolution(why=self._over(bounds))
+                return Resolution(why=self._unset(order) or self._over(bounds))
             case "avoid" | "only":
                 return self._bind(order, bounds, standing)
             case _:
@@ -185,7 +187,7 @@ class GroceryShop(Environment):
             sign = {"add item": -1, "remove item": 1}.get(result.action.name, 0)
             name = result.action.target
             moved[name] = moved.get(name, 0) + sign * result.action.quantity
-        bounds = self._choice.bounds(standing)
+        bounds = self._bounds(standing)
         items = [item for name in moved if (item := self.catalogue.get(name))]
         out = [item for item in items if moved[item.name] > 0 and not bounds.permits(item)]
         told = [f"{item.name} stays out: {bounds.against(item)}." for item in out]
@@ -196,7 +198,7 @@ class GroceryShop(Environment):
 
     def answer(self, order: Order, standing: Standing, pick: Pick) -> str:
         """The facts about a thing, such as its price and labels; by default, about the basket."""
-        bounds = self._choice.bounds(standing)
+        bounds = self._bounds(standing)
         about = " ".join(word for word in singulars(order.what) if word not in _WHOLE)
         if self._basket and (diet := diet_named(about)):
             return bounds.told(diet, (item for item, _ in self._contents()))
@@ -224,7 +226,7 @@ class GroceryShop(Environment):
         """See `Environment.caution`: what came and is not known to fit the diets."""
         came = dict.fromkeys(each.action.target for each in results if each.ok)
         items = (item for item, _ in self._contents() if item.name in came)
-        return self._choice.bounds(standing).unknown(items)
+        return self._bounds(standing).unknown(items)
 
     def mentions(self, text: str) -> list[str]:
         """See `Environment.mentions`."""
@@ -260,13 +262,36 @@ class GroceryShop(Environment):
         """Items in the basket that no `must_have` of the profile asks for, and none is welcome."""
         return unwanted(profile, self._contents())
 
+    def _bounds(self, standing: Standing) -> Bounds:
+        """What binds the basket; a budget in another currency than the shop's does not."""
+        bounds = self._choice.bounds(standing)
+        unset = standing.budget and self._unset(standing.budget)
+        return replace(bounds, budget=None) if unset else bounds
+
+    def _unset(self, budget: Order) -> str:
+        """Why a budget sets no limit; "" if it does."""
+        if budget.quantity is None:
+            return "I did not understand how much it may cost. Please say the sum in figures."
+        shown = self.catalogue.currency
+        if not budget.unit or same_currency(budget.unit, shown):
+            return ""
+        return (
+            f'The prices here are in {shown}, so "{budget.quantity:g} {budget.unit}" sets no '
+            f"limit. Please say the most that it may cost in {shown}."
+        )
+
     def _add(self, order: Order, bounds: Bounds, standing: Standing) -> Resolution:
         """More of a thing, or exactly so many of it; a guess counts towards what is asked for."""
-        item = self._choice.meant(order.what, bounds, self._basket)
+        asked, item = order, self._choice.meant(order.what, bounds, self._basket)
+        if item is None and order.quantity is None:
+            asked = replace(order, **self._choice.counted(order.what))
+            item = self._choice.meant(asked.what, bounds, self._basket)
         if item is None:
             return Resolution(why=self._choice.lacking(order.what, bounds))
-        number, held = packages(order, item), self._basket.get(item.name, 0)
-        if order.quantity is None and held:
+        (number, note), held = packages(asked, item), self._basket.get(item.name, 0)
+        if note and not number:
+            return Resolution(why=note)
+        if asked.quantity is None and held:
             number = 0
         elif order.do == "set" or self._is_guess(item, order, bounds, standing):
             number -= held
@@ -275,9 +300,8 @@ class GroceryShop(Environment):
         if not number:
             return Resolution(why=f"The basket holds {held} x {item.name} already.")
         price = (item.price or Decimal(0)) * room
-        return Resolution(
-            (_change(item.name, room),) if room else (), over or self._over(bounds, price)
-        )
+        told = (over or note, "" if over else self._over(bounds, price))
+        return Resolution((_change(item.name, room),) if room else (), " ".join(filter(None, told)))
 
     def _is_guess(self, item: Item, order: Order, bounds: Bounds, standing: Standing) -> bool:
         """Whether nobody has asked for an item before this order."""
@@ -296,13 +320,17 @@ class GroceryShop(Environment):
             return Resolution(tuple(self._out((i, self._basket[i.name]) for i in found)))
         item = found[0]
         held = self._basket[item.name]
-        counts_units = not order.unit and order.quantity <= held
-        number = round(order.quantity) if counts_units else packages(order, item)
-        return Resolution((_change(item.name, -min(number, held)),) if number else ())
+        if not order.unit and order.quantity <= held:
+            number, note = round(order.quantity), ""
+        else:
+            number, note = packages(order, item)
+        out = (_change(item.name, -min(number, held)),) if number else ()
+        return Resolution(out, "" if number else note)
 
     def _swap(self, order: Order, bounds: Bounds, standing: Standing, pick: Pick) -> Resolution:
         """One thing for as many of another; where there is no such thing, the other comes."""
-        item = self._choice.meant(order.for_, bounds, self._basket)
+        coming = replace(order, unit="", **self._choice.counted(order.for_))
+        item = self._choice.meant(coming.what, bounds, self._basket)
         if item is None:
             return Resolution(why=self._choice.lacking(order.for_, bounds))
         old, held = self._held(order.what, pick)[:1], self._basket.get(item.name, 0)
@@ -311,7 +339,9 @@ class GroceryShop(Environment):
         count = self._basket[old[0].name] if old else 1
         if old and order.quantity is not None:
             count = min(count, int(order.quantity) or 1)
-        number = count if old else packages(order, item)
+        number, note = packages(order, item) if not old else (count, "")
+        if coming.what != order.for_:
+            number, note = packages(coming, item)
         if self._is_guess(item, order, bounds, standing):
             number = max(number - held, 0)
         number = min(number, MOST - held)
@@ -319,7 +349,8 @@ class GroceryShop(Environment):
             return Resolution(why=f"The basket may hold {MOST} of {item.name}.")
         moved = [*(_change(each.name, -count) for each in old), _change(item.name, number)]
         missed = "" if old else f'The basket held nothing called "{order.what}".'
-        return Resolution(tuple(each for each in moved if each.quantity), missed)
+        told = " ".join(filter(None, (missed, note)))
+        return Resolution(tuple(each for each in moved if each.quantity), told)
 
     def _bind(self, order: Order, bounds: Bounds, standing: Standing) -> Resolution:
         """What a limit takes out of the basket; what names and labels cannot tell is said.
