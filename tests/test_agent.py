@@ -237,7 +237,7 @@ def test_words_that_ask_for_nothing_are_acted_on_where_a_goal_explains_them(
     words, read, goal, on
 ) -> None:
     env = LampRoom(["lamp", "fan"])
-    model = WordModel({**REPLIES, GOALS: goal}, reads={words: read})
+    model = WordModel({**REPLIES, GOALS: goal}, reads={plain(words): read})
     round = agent_in(env, model=model).step("", words)
     assert round.reading
     assert str(round.reading.orders[0].do) in read
@@ -402,17 +402,14 @@ def test_not_all_goals_are_removed() -> None:
     assert [c.goal.text for c in round.changes if c.kind == "removed"] == ["sleep without light"]
 
 
-def asked(text: str, *turns: Turn, heard=None) -> str:
+def asked(text: str, *turns: Turn) -> str:
     writer = Writer(WordModel({QUESTION: text}))
-    return ask(writer, LampRoom(), turns, "switch on: lamp", ["read"], heard)
+    return ask(writer, LampRoom(), turns, "switch on: lamp", ["read"])
 
 
 def test_the_first_question_is_an_offer_and_later_ones_are_the_writers() -> None:
     assert asked("Is it bright?") == OPENING
-    heard: list[str] = []
-    said = asked("So. Is it bright?", Turn(OPENING, "It is dark."), heard=heard.append)
-    assert said == "Is it bright?"
-    assert heard == ["So.", "So. Is", "So. Is it", "So. Is it bright?"]
+    assert asked("So. Is it bright?", Turn(OPENING, "It is dark.")) == "Is it bright?"
 
 
 @pytest.mark.parametrize(
