@@ -18,6 +18,7 @@ from goalscope.dialog import (
     question_of,
 )
 from goalscope.orders import Order, Reading, Verb
+from goalscope.plain_text import plain
 from goalscope.prompts import recent
 from goalscope.types import (
     UNSPECIFIED,
