@@ -103,6 +103,8 @@ def test_none_stands_alone():
         ("two dollars", "budget | 2 dollar", "budget | 2 dollar"),
         ("a 6-pack of milk", "add milk | 6 pack", "add milk | 1 6-pack"),
         ("6 packs of milk", "add milk | 6 pack", "add milk | 6 pack"),
+        ("two six-packs of milk", "add milk | 6 pack", "add milk | 2 6-pack"),
+        ("two six-packs of milk", "add milk | 2 pack", "add milk | 2 6-pack"),
         ("a box of 24 eggs", "add eggs | 1 box", "add eggs | 1 box of 24"),
         ("a box of 24 eggs", "add 24 eggs | 1 box", "add eggs | 1 box of 24"),
         ("24 eggs and a box of tea", "add tea | 1 box", "add tea | 1 box"),

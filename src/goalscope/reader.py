@@ -298,8 +298,9 @@ class _Amounts:
         sized = rf"(?:(\w+) (?:x )?)?(?<![\w.,])(\w+?)[ -]?{unit}(s?)(?!\w)"
         for found in re.finditer(sized, self._text if order.unit in _PACKS else ""):
             size = max(numbers_in(found[2]), default=0)
-            if size and count in numbers_in(found[1] or ""):
-                return replace(order, quantity=count, unit=f"{size:g}-{order.unit}")
+            packs = max(numbers_in(found[1] or ""), default=0)
+            if size and packs and count in (packs, size):
+                return replace(order, quantity=packs, unit=f"{size:g}-{order.unit}")
             if size == count != 1 and not found[3]:
                 return replace(order, quantity=1.0, unit=f"{size:g}-{order.unit}")
         return order
