@@ -200,7 +200,8 @@ export class Composer {
   }
 
   #changed() {
-    this.button.disabled = !this.ready || !this.words;
+    this.button.disabled = !this.words;
+    this.button.setAttribute("aria-disabled", String(!this.ready || !this.words));
     if (!this.words) this.kept = false;
     setText(this.note, this.kept ? (this.ready ? NOW : WAIT) : "");
     this.input.style.setProperty("height", "auto");
