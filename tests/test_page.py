@@ -303,7 +303,7 @@ def test_where_no_goal_leads_the_agent_is_not_sure(tmp_path: Path, enter) -> Non
         rounds(page, 1)
         goals = page.get_by_role("region", name="Goals")
         expect(goals.get_by_role("listitem").first).to_contain_text("None of these yet")
-        expect(goals).to_contain_text("How sure: I do not know yet what you want")
+        expect(goals).to_contain_text("Not sure yet what you want")
         expect(goals.get_by_text("nearly certain")).to_have_count(0)
         expect(goals.get_by_text("With 90")).to_be_hidden()
 

@@ -30,10 +30,10 @@ def test_what_is_crossed_out_is_taken_out_at_once_and_together(tmp_path: Path, e
         crossed = """all => [
             ...[0, 1, 2, 1].map(place => all[place].click()),
             ...all.map(each => each.getAttribute("aria-pressed")),
-            document.querySelector(".composer button").disabled,
+            document.querySelector(".composer button").ariaDisabled,
         ].slice(4)"""  # the second stays after all
         pressed = ["true", "false", "true", "false", "false"]
-        assert lines.evaluate_all(crossed) == [*pressed, True]
+        assert lines.evaluate_all(crossed) == [*pressed, "true"]
         sentences = f"Remove the {names[0]}. Remove the {names[2]}."
         expect(page.get_by_role("log").get_by_text(sentences)).to_be_visible()
         basket.get_by_role("button", name=f"Remove {names[3]}", exact=True).click()
@@ -171,3 +171,15 @@ def test_a_unit_behind_a_name_is_no_part_of_it(address: str, enter) -> None:
         ["Nuts (raw)", "Nuts (raw)guessed", "$2.00"],
         ["Tea", "Tea", "$1.00"],
     ]
+
+
+def test_a_replay_marks_what_was_guessed_by_then(address: str, enter) -> None:
+    page = enter(address)
+    begin(page)
+    say(page, "I want to bake a cake. Please add flour.")
+    rounds(page, 1)
+    marked = page.locator(".side .badge", has_text="guessed")
+    expect(marked).not_to_have_count(0)
+    count = marked.count()
+    page.goto(page.url.replace("/talk/", "/replay/"))
+    expect(page.locator(".view .badge", has_text="guessed")).to_have_count(count)

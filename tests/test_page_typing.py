@@ -158,7 +158,7 @@ def busy(tmp_path: Path, enter):
         model.may.set()
 
 
-@pytest.mark.parametrize("how", ["Enter", "twice", "lines"])
+@pytest.mark.parametrize("how", ["Enter", "twice", "lines", "Send"])
 def test_words_for_a_busy_agent_are_kept_and_it_is_said_when_they_can_be_sent(
     busy: tuple[Page, Held], how: str
 ) -> None:
@@ -168,7 +168,10 @@ def test_words_for_a_busy_agent_are_kept_and_it_is_said_when_they_can_be_sent(
     words.fill("add milk" if how != "lines" else "add milk\nand eggs")
     typed = words.input_value()
     expect(note).to_have_count(0)
-    words.press("Enter")
+    if how == "Send":
+        page.get_by_role("button", name="Send").click(force=True)
+    else:
+        words.press("Enter")
     if how == "twice":
         words.press("Enter")
     expect(note).to_contain_text("busy")
@@ -202,3 +205,26 @@ def test_what_was_typed_meanwhile_outlives_a_failure_and_the_end(busy, tmp_path:
     words.fill("and some tea")
     page.get_by_role("button", name="Buy this basket").click()
     expect(page.get_by_role("region", name="The end")).to_contain_text("and some tea")
+
+
+@pytest.mark.parametrize("leaves", ["reload", "other page", "back"])
+def test_what_was_typed_meanwhile_outlives_another_page(busy, leaves: str) -> None:
+    page, model = busy
+    words = page.get_by_label("Your words", exact=True)
+    words.fill("add milk, and\ntwo eggs")
+    words.press("Enter")
+    mine = page.url
+    if leaves == "reload":
+        page.reload()
+    else:
+        page.get_by_role("link", name="Episodes").click()
+        expect(page.get_by_role("heading", name="Episodes")).to_be_visible()
+        page.goto(mine) if leaves == "other page" else page.go_back()
+    expect(words).to_have_value("add milk, and\ntwo eggs")
+    model.may.set()
+    rounds(page, 1)
+    words.press("Enter")
+    rounds(page, 2)
+    page.reload()
+    expect(page.get_by_role("log").get_by_text("two eggs")).to_be_visible()
+    expect(words).to_have_value("")

@@ -8,13 +8,15 @@ from dataclasses import dataclass
 from functools import cache
 from hashlib import sha256
 from pathlib import Path
-from typing import get_args
+from typing import Any, get_args
 
 from jinja2 import Environment as Templates
 from jinja2 import PackageLoader, StrictUndefined
+from markupsafe import Markup
 
 from goalscope.domains import Domain, open_environment, profile_named, settings_of
 from goalscope.episode import Round
+from goalscope.invisible import FORMAT, without_invisible
 from goalscope.policy import undo
 from goalscope.safe_text import domain_shown, model_shown
 from goalscope.store import EpisodeInfo
@@ -116,10 +118,17 @@ def as_html(info: EpisodeInfo, rounds: Sequence[Round]) -> str:
 def _templates() -> Templates:
     templates = Templates(
         loader=PackageLoader("goalscope", "web"), autoescape=True, undefined=StrictUndefined,
-        trim_blocks=True, lstrip_blocks=True,
+        trim_blocks=True, lstrip_blocks=True, finalize=_visible,
     )  # fmt: skip
     templates.filters["percent"] = _percent
     return templates
+
+
+def _visible(value: Any) -> Any:
+    """What a template writes, without what nobody sees; its own mark-up stays."""
+    if not isinstance(value, str) or isinstance(value, Markup):
+        return value
+    return without_invisible(value, kinds=FORMAT)
 
 
 def _percent(probability: float) -> str:
@@ -139,7 +148,7 @@ def _facts(info: EpisodeInfo) -> list[str]:
         f"{info.created[:16].replace('T', ' ')} UTC",
         "goal tracking" if info.domain == TRACKING else domain_shown(info.domain),
         info.profile or "a person",
-        info.method,
+        f"method {info.method}",
         model_shown(info.model),
         pluralize(info.rounds, "round"),
         info.ending,

@@ -26,7 +26,7 @@ MAX_BODY = 64 * 1024
 
 PUBLIC = (
     "/study/", "/api/studies/", "/static/study", "/static/style.css", "/static/dom.js",
-    "/static/status.js", "/static/icon.svg",
+    "/static/drafts.js", "/static/keys.js", "/static/status.js", "/static/icon.svg",
 )  # fmt: skip
 """Paths without a password: participants of a study come with their own link."""
 

@@ -179,7 +179,7 @@ export class Bars {
 function told(belief) {
   if (!belief) return "This method keeps no belief.";
   if (belief.degenerate) return "No goal explains what was said.";
-  if (belief.goals[0]?.unspecified) return "How sure: I do not know yet what you want";
+  if (belief.goals[0]?.unspecified) return "Not sure yet what you want";
   const number = Math.exp(belief.entropy);
   if (number < 1.15) return "How sure: nearly certain";
   if (number < 1.8) return "How sure: quite sure";

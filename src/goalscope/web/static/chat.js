@@ -149,9 +149,13 @@ const NOW = "Not sent yet. Press Enter or Send.";
  * kept and nothing is sent: they might answer a question that the person has not seen.
  */
 export class Composer {
-  /** @param {(text: string) => void} send */
-  constructor(send) {
+  /**
+   * @param {(text: string) => void} send
+   * @param {ReturnType<typeof import("./drafts.js").drafts>} draft Keeps what was not sent.
+   */
+  constructor(send, draft) {
     this.send = send;
+    this.draft = draft;
     this.ready = false;
     this.kept = false;
     this.input = h("textarea", {
@@ -159,7 +163,7 @@ export class Composer {
       rows: 1,
       maxlength: 2000,
       placeholder: "Write what you would like",
-      oninput: () => this.#changed(),
+      oninput: () => this.#typed(),
       onkeydown: (event) => {
         if (event.key !== "Enter" || event.shiftKey) return;
         event.preventDefault();
@@ -181,6 +185,12 @@ export class Composer {
     );
   }
 
+  /** Takes up what was typed and not sent before. */
+  restore() {
+    this.input.value = this.draft.read() ?? "";
+    this.#changed();
+  }
+
   /** Whether the agent accepts words now. */
   setReady(ready) {
     this.ready = ready;
@@ -190,7 +200,7 @@ export class Composer {
   /** Puts words into the field, below what was typed, to be edited or sent. */
   write(text) {
     if (!this.words.endsWith(text)) this.input.value = this.words ? `${this.words}\n${text}` : text;
-    this.#changed();
+    this.#typed();
     this.input.focus();
   }
 
@@ -199,8 +209,14 @@ export class Composer {
     return this.input.value.trim();
   }
 
+  #typed() {
+    this.draft.write(this.input.value);
+    this.#changed();
+  }
+
   #changed() {
-    this.button.disabled = !this.ready || !this.words;
+    this.button.disabled = !this.words;
+    this.button.setAttribute("aria-disabled", String(!this.ready || !this.words));
     if (!this.words) this.kept = false;
     setText(this.note, this.kept ? (this.ready ? NOW : WAIT) : "");
     this.input.style.setProperty("height", "auto");
@@ -210,8 +226,12 @@ export class Composer {
   #submit() {
     const text = this.words;
     this.kept = !this.ready;
-    if (this.ready && text) this.input.value = "";
-    this.#changed();
-    if (this.ready && text) this.send(text);
+    if (!this.ready || !text) {
+      this.#changed();
+      return;
+    }
+    this.input.value = "";
+    this.#typed();
+    this.send(text);
   }
 }

@@ -1,6 +1,8 @@
 /** Creates elements, and formats numbers and times. Text only ever becomes a text node. */
 
 const SVG = "http://www.w3.org/2000/svg";
+/** Marks that nobody sees and that can reorder a line; joiners and signs of numbers are none. */
+const INVISIBLE = /(?![\u200c\u200d\u0600-\u0605\u06dd\u070f\u0890\u0891\u08e2])\p{Cf}/gu;
 
 /**
  * An element. Functions become listeners ("onclick"); null and false omit an attribute.
@@ -26,13 +28,20 @@ function filled(element, attributes, children) {
       element.setAttribute(key, String(value));
     }
   }
-  element.append(...children.filter((child) => child !== null && child !== undefined && child !== false));
+  const shown = children.filter((child) => child !== null && child !== undefined && child !== false);
+  element.append(...shown.map((child) => (child instanceof Node ? child : visible(child))));
   return element;
+}
+
+/** A text without invisible marks. */
+function visible(text) {
+  return String(text).replace(INVISIBLE, "");
 }
 
 /** Sets the text of an element if it differs. */
 export function setText(element, text) {
-  if (element.textContent !== text) element.textContent = text;
+  const shown = visible(text);
+  if (element.textContent !== shown) element.textContent = shown;
 }
 
 /** Arranges the children of a parent; one in its place is not touched. */

@@ -118,7 +118,9 @@ class List {
   #show({ episodes: found, total, domains }) {
     this.#offer(domains);
     const last = this.offset + found.length;
-    setText(this.found, found.length === total ? (total ? count(total, "episode") : "No episodes found.") : `${this.offset + 1} to ${last} of ${count(total, "episode")}`);
+    const none = this.text || this.domain ? "No episodes found." : "There are no episodes yet. Talk begins one.";
+    const all = total ? count(total, "episode") : none;
+    setText(this.found, found.length === total ? all : `${this.offset + 1} to ${last} of ${count(total, "episode")}`);
     this.table.hidden = found.length === 0;
     this.rows.replaceChildren(...found.map((episode) => this.#row(episode)));
     this.earlier.parentElement.hidden = total <= PAGE;

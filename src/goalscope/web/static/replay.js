@@ -8,6 +8,7 @@ import { count, h, localTime, setText } from "./dom.js";
 import { domainOf, isKnown, nameOfDomain, personOf } from "./domains.js";
 import { Outcome } from "./outcome.js";
 import { Ribbons } from "./ribbons.js";
+import { itemsOf } from "./status.js";
 import { details } from "./why.js";
 
 const BEAT = 1600;
@@ -201,7 +202,7 @@ class View {
     const previous = this.rounds[place - 1]?.belief ?? null;
     this.bars.show({ belief: round.belief, previous, colours: this.colours, version: String(place), note: round.belief_note });
     this.ribbons.show(this.columns, this.colours, place);
-    this.outcome.show(round.number, round.status);
+    this.outcome.show(round.number, round.status, itemsOf(this.rounds.slice(0, place + 1)));
     this.log.show(this.rounds.slice(0, place + 1));
     this.log.scrollToEnd();
     this.changes.replaceChildren(...changesOf(round));
@@ -224,7 +225,7 @@ function about(episode) {
     localTime(episode.created),
     nameOfDomain(episode.domain),
     personOf(episode),
-    episode.method,
+    `method ${episode.method}`,
     episode.model,
     count(episode.rounds, "round"),
     episode.score === null ? "" : `score ${episode.score.toFixed(2)}`,

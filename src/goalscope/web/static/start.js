@@ -102,7 +102,7 @@ function beginForm(options) {
     h(
       "details",
       { class: "more" },
-      h("summary", {}, "More"),
+      h("summary", {}, "More options"),
       sceneField,
       h("p", { class: "field" }, h("label", { for: "method" }, "Method"), method),
       about,

@@ -2,6 +2,7 @@
 
 import "./keys.js";
 import { h } from "./dom.js";
+import { drafts } from "./drafts.js";
 import { statusView } from "./status.js";
 import { api, Keeper, otherwise, same } from "./study_api.js";
 
@@ -125,7 +126,7 @@ function instructions() {
 }
 
 function question(place, item) {
-  const draft = drafts(place);
+  const draft = drafts(`${location.pathname}${location.search}#${place}`);
   const keeper = keepers.get(place) ?? new Keeper(place);
   keepers.set(place, keeper);
   keeper.know(item.answer);
@@ -283,23 +284,6 @@ function end() {
     ...paragraphs(study.thanks),
     h("p", { class: "soft" }, h("a", { href: "#/1" }, "Look at your answers again"), ", and change them if you like."),
   );
-}
-
-/** The draft of an answer, kept in this tab until the server has it. */
-function drafts(place) {
-  const key = `${location.pathname}${location.search}#${place}`;
-  const guarded = (work) => {
-    try {
-      return work();
-    } catch {
-      return null; // storage that is switched off or full
-    }
-  };
-  return {
-    read: () => guarded(() => JSON.parse(sessionStorage.getItem(key))),
-    write: (answer) => guarded(() => sessionStorage.setItem(key, JSON.stringify(answer))),
-    drop: () => guarded(() => sessionStorage.removeItem(key)),
-  };
 }
 
 addEventListener("hashchange", show);

@@ -3,6 +3,7 @@
 import { api, listen } from "./api.js";
 import { Composer, Log } from "./chat.js";
 import { count, h, setText } from "./dom.js";
+import { drafts } from "./drafts.js";
 import { aboutDomain, domainOf } from "./domains.js";
 import { countGuesses, itemsOf, statusSummary, statusView } from "./status.js";
 import { Side, Strip } from "./side.js";
@@ -32,7 +33,7 @@ class Talk {
     this.domain = domainOf(state.episode, options);
     this.signal = signal;
     this.log = new Log(state.episode.domain);
-    this.composer = new Composer((text) => this.say(text));
+    this.composer = new Composer((text) => this.say(text), drafts(`words of ${id}`));
     this.side = new Side(state.episode, {
       correct: (kind, goal, text) => this.correct(kind, goal, text),
       undo: () => this.undo(),
@@ -45,6 +46,7 @@ class Talk {
     this.end = h("div", { class: "slot" });
     this.hint = h("p", { class: "hint" });
     main.replaceChildren(this.#page());
+    this.composer.restore();
     this.render();
     this.composer.input.focus({ preventScroll: true });
     this.#listen();
