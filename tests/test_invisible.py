@@ -21,6 +21,7 @@ from goalscope.safe_text import terminal_safe
 from goalscope.store import Store
 from goalscope.tracker import GoalTracker
 from goalscope.types import Goal, InvalidInputError, Turn, canonical, checked_text
+from goalscope.words import words
 from test_catalogue import load
 from test_house_picture import room
 from test_house_rooms import GOOD
@@ -160,3 +161,18 @@ def test_the_page_tells_words_as_they_were_said(word: str, address: str, visit) 
     ann.post(f"{mine}/corrections", kind="pin", goal=word)
     goals = [each["text"] for each in ann.live(mine)["belief"]["goals"]]
     assert word in goals
+
+
+@pytest.mark.parametrize(
+    ("text", "found"),
+    [
+        ("\u091a\u093e\u0935\u0932 \u0914\u0930 \u0926\u093e\u0932", 3),  # Hindi
+        ("\u0d05\u0d35\u0d28\u0d4d\u200d \u0d35\u0d28\u0d4d\u0d28\u0d41\u0964", 2),  # Malayalam
+        ("\u0645\u06cc\u200c\u062e\u0648\u0627\u0647\u0645\u060c \u0646\u0627\u0646", 2),  # Persian
+        ("\u0e02\u0e49\u0e32\u0e27 2", 2),  # Thai
+        ("cre\u0300me fra\u00eeche", 2),
+        ("Anna's o'clock", 2),
+    ],
+)
+def test_no_word_of_any_script_is_torn(text: str, found: int) -> None:
+    assert len(words(text)) == found

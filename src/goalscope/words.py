@@ -19,7 +19,13 @@ __all__ = [
     "words",
 ]
 
-_WORD = re.compile(r"[^\W_]+(?:['\u2019][^\W_]+)?")
+_MARKS = (  # of vowels and accents, from the Latin to the Khmer script, and joiners
+    "\u0300-\u036f\u0483-\u0487\u0591-\u05bd\u05bf-\u05c7\u0610-\u061a\u064b-\u065f\u0670\u06d6-\u06ed"
+    "\u0900-\u0963\u0966-\u0df3\u0e31-\u0e4e\u0eb1-\u0ece\u0f18-\u0fbc\u102b-\u1049\u1056-\u109d\u17b4-\u17d3"
+    "\u200c\u200d"
+)
+_LETTERS = rf"[^\W_](?:[^\W_]|[{_MARKS}])*"
+_WORD = re.compile(rf"{_LETTERS}(?:['\u2019]{_LETTERS})?")
 _ASIDE = re.compile(r",|\(|:|;|\s[-\u2013\u2014|]\s|\s(?:with|in|for|of|from)\s", re.IGNORECASE)
 _MEASURE = re.compile(
     r"\d.*|x|g|kg|mg|lb|lbs|oz|fl|ml|cl|l|ct|count|pk|pack|packs|pc|pcs|piece|pieces|inch|gallon"
