@@ -7,7 +7,7 @@ import goalscope
 
 ROOT = Path(goalscope.__file__).parent
 LAYERS = [
-    {"types", "plain_text", "safe_text", "calibration", "extras", "words"},
+    {"types", "plain_text", "safe_text", "calibration", "extras", "places", "words"},
     {
         "belief",
         "models",
