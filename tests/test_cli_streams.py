@@ -214,7 +214,8 @@ def test_an_unknown_user_without_a_home_is_told_what_to_name(tmp_path: Path) -> 
 import os, pwd
 def getpwuid(_): raise KeyError
 pwd.getpwuid = getpwuid
-del os.environ["HOME"], os.environ["GOALSCOPE_STORE"]
+for name in ("HOME", "GOALSCOPE_STORE", "XDG_DATA_HOME", "XDG_CACHE_HOME"):
+    os.environ.pop(name, None)
 {MAIN[-1]}"""
     result = ran(tmp_path, "episodes", code=unknown)
     assert (result.returncode, result.stdout) == (1, "")
