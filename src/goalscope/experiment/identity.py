@@ -45,7 +45,7 @@ def opened(
     if key not in _open:
         for other in list(_open):
             _open.pop(other).close()
-        names = {name: model.get(name) for name in MODEL_KEYS}
+        names: dict[str, Any] = {name: model.get(name) for name in MODEL_KEYS}
         _open[key] = open_model(**names, report=report)
     return _open[key]
 
