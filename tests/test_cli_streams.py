@@ -189,7 +189,7 @@ class measuring:
 
 
 def test_a_store_that_is_a_folder_is_said_so(tmp_path: Path) -> None:
-    with pytest.raises(GoalscopeError, match=r"is a folder. Name a file in it with --store"):
+    with pytest.raises(GoalscopeError, match=r"is a folder: name another file"):
         opened(tmp_path)
 
 

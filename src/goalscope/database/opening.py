@@ -174,7 +174,7 @@ def _file(file: Path) -> Engine:
     except FileExistsError:
         if path.is_dir():
             raise GoalscopeError(
-                f"The episode store {file} is a folder. Name a file in it with --store."
+                f"The episode store {file} is a folder: name another file with --store."
             ) from None
     except OSError as error:
         raise GoalscopeError(

@@ -100,9 +100,7 @@ class Tuning:
         return (*kept, *self.trials, None)[0]
 
 
-def tuned(
-    source: Path, threads: int, report: Report | None = None, *, measure: bool = True
-) -> Tuning:
+def tuned(source: Path, threads: int, report: Report | None = None, measure: bool = True) -> Tuning:
     """The cached tuning of a file, a new one for files below 0.5 GB, or the default.
 
     `GOALSCOPE_TUNE=0` turns all of it off.
