@@ -16,6 +16,7 @@ LAYERS = [
         "safe_text",
         "calibration",
         "extras",
+        "places",
         "words",
     },
     {

@@ -31,7 +31,7 @@ def trim_output(
         InvalidInputError: `out` holds something else, or was made with other settings.
     """
     try:
-        data = out.read_bytes() if out.exists() else b""
+        data = out.read_bytes() if out.is_file() else b""
     except OSError as error:
         raise InvalidInputError(f"Cannot read {out}: {error.strerror or error}.") from error
     *lines, torn = data.split(b"\n")  # a crash can tear the last line

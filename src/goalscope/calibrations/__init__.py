@@ -11,8 +11,6 @@ from importlib.resources.abc import Traversable
 from pathlib import Path
 from typing import Any, cast
 
-import platformdirs
-
 from goalscope.calibration import (
     DEFAULT,
     LAST_TURN,
@@ -21,6 +19,7 @@ from goalscope.calibration import (
     calibration_from_json,
 )
 from goalscope.models import model_name
+from goalscope.places import user_data
 from goalscope.prompts import render
 from goalscope.types import GoalscopeError, InvalidInputError
 
@@ -111,7 +110,7 @@ def own_calibrations() -> dict[Path, dict[str, Any]]:
 
 
 def _folder() -> Path:
-    return platformdirs.user_data_path("goalscope", False) / "calibrations"
+    return user_data() / "calibrations"
 
 
 def keep_calibration(file: Path, calibration: Calibration, about: Mapping[str, Any]) -> None:

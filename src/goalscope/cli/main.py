@@ -9,6 +9,7 @@ import os
 import sys
 from contextlib import suppress
 from difflib import get_close_matches
+from pathlib import Path
 from typing import Annotated, Any
 
 import typer
@@ -27,6 +28,7 @@ from goalscope.cli.reading import bench_reading, fit_writer
 from goalscope.cli.report import report
 from goalscope.cli.serve import mcp, serve
 from goalscope.cli.study import study
+from goalscope.places import NOWHERE
 from goalscope.types import GoalscopeError, InvalidInputError
 
 
@@ -191,6 +193,10 @@ def _open_streams() -> None:
 def main() -> None:
     """Run the command line."""
     _open_streams()
+    try:
+        Path.home()
+    except RuntimeError:
+        os.environ["HOME"] = str(NOWHERE)  # for libraries that would fail without one
     os.environ.setdefault("TQDM_DISABLE", "1")  # goalscope has progress bars of its own
     log = logging.StreamHandler()
     log.setFormatter(_Lines(logging.BASIC_FORMAT))

@@ -127,8 +127,6 @@ def doctor(given: ModelOptions, store: StoreFile = None, as_json: Json = False) 
     import platform
     from importlib.metadata import PackageNotFoundError, version
 
-    import platformdirs
-
     from goalscope.calibrations import known_calibration
     from goalscope.extras import EXTRAS, remedy
     from goalscope.likelihood import DEFAULT_LAYOUT
@@ -136,6 +134,7 @@ def doctor(given: ModelOptions, store: StoreFile = None, as_json: Json = False) 
     from goalscope.models.check import check as check_model
     from goalscope.models.opening import parts
     from goalscope.models.tune import processor
+    from goalscope.places import user_cache
     from goalscope.store import Store
 
     report: dict[str, Any] = {"python": platform.python_version(), "processor": processor()}
@@ -172,7 +171,7 @@ def doctor(given: ModelOptions, store: StoreFile = None, as_json: Json = False) 
                 report["tuning"] = _trials(tuning) if tuning and tuning.trials else "none"
     except GoalscopeError as error:
         problems.append(str(error))
-    report["cache folder"] = str(platformdirs.user_cache_path("goalscope"))
+    report["cache folder"] = str(user_cache())
     try:
         with Store.open(store) as opened:
             report["store"] = opened.place

@@ -17,6 +17,7 @@ from goalscope.cli.options import (
     expand_options,
 )
 from goalscope.cli.terminal import console, measured_meanwhile, settings_model
+from goalscope.places import user_data
 from goalscope.types import GoalscopeError, InvalidInputError
 
 if TYPE_CHECKING:
@@ -39,9 +40,7 @@ def kept_key() -> tuple[str, Path]:
     import secrets
     import tempfile
 
-    import platformdirs
-
-    file = platformdirs.user_data_path("goalscope", False) / "serve.key"
+    file = user_data() / "serve.key"
     remedy = f"Delete {file} for a new one, or set GOALSCOPE_KEY."
     try:
         if not file.exists():

@@ -8,10 +8,9 @@ import re
 import sqlite3
 import time
 from collections.abc import Callable, Generator
-from contextlib import closing, contextmanager, suppress
+from contextlib import closing, contextmanager
 from pathlib import Path
 
-import platformdirs
 from sqlalchemy import (
     Connection,
     Engine,
@@ -29,6 +28,7 @@ from sqlalchemy.exc import ArgumentError, DBAPIError, SQLAlchemyError
 
 from goalscope.database.tables import METADATA, SCHEMA, SCHEMA_VERSION
 from goalscope.extras import package
+from goalscope.places import NOWHERE, user_data
 from goalscope.types import GoalscopeError, InvalidInputError
 
 __all__ = ["WRITING", "default_place", "explained", "opened", "opened_in_memory"]
@@ -84,7 +84,7 @@ log = logging.getLogger(__name__)
 def default_place() -> str:
     """$GOALSCOPE_STORE, or `episodes.db` in the user's data folder."""
     given = os.environ.get("GOALSCOPE_STORE")
-    return given or str(platformdirs.user_data_path("goalscope", False) / "episodes.db")
+    return given or str(user_data() / "episodes.db")
 
 
 def opened(place: str | Path) -> tuple[str, Engine]:
@@ -159,13 +159,28 @@ def _file(file: Path) -> Engine:
     try:
         file.parent.mkdir(parents=True, exist_ok=True)
     except OSError as error:
+        if file.is_relative_to(NOWHERE):
+            raise GoalscopeError(
+                "There is no home folder to keep the episodes in: HOME is not set. Set it, or name "
+                "a file with --store."
+            ) from None
         raise GoalscopeError(
             f"Cannot create the folder of the episode store {file}: {error.strerror}. Name "
             "another file with --store."
         ) from error
     path = file.absolute()
-    with suppress(OSError):  # a new file is readable by its owner only: it holds what people said
+    try:  # a new file is readable by its owner only: it holds what people said
         os.close(os.open(path, os.O_CREAT | os.O_EXCL, 0o600))
+    except FileExistsError:
+        if path.is_dir():
+            raise GoalscopeError(
+                f"The episode store {file} is a folder: name another file with --store."
+            ) from None
+    except OSError as error:
+        raise GoalscopeError(
+            f"Cannot create the episode store {file}: {error.strerror}. Name another file with "
+            "--store."
+        ) from error
     if (kind := _file_system(Path(os.path.realpath(path)))) in NETWORK:
         log.warning(
             f"The episode store {file} is on a network file system ({kind}), where programs on "

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import hashlib
+import os
 import re
 from collections.abc import Collection, Sequence
 from dataclasses import dataclass, replace
@@ -64,7 +65,7 @@ def read_source(name: str, folder: Path | None, *, goals: int = 20, seed: int = 
     start, stop = (int(places[key]) if places[key] else None for key in ("start", "stop"))
     text, licence = match["name"], ""
     if text.endswith(".jsonl"):
-        file = Path(text).expanduser()
+        file = Path(os.path.expanduser(text))
         lists = [read_cases(file)]
     else:
         set, _, split = text.partition(":")

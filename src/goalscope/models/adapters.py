@@ -123,7 +123,7 @@ def adapter_file(name: str | Path) -> Path:
     Raises:
         ModelError: There is none.
     """
-    path = Path(name).expanduser()
+    path = Path(os.path.expanduser(name))
     file = path / "adapter.gguf" if os.path.isdir(path) else path
     if not os.path.isfile(file):
         raise ModelError(

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import hashlib
 import json
+import os
 import sqlite3
 from collections.abc import Generator, Mapping, Sequence
 from contextlib import contextmanager
@@ -40,7 +41,7 @@ class CachedModel:
             InvalidInputError: It is something else, or cannot be opened.
         """
         self.model = cast("OpenModel", model)
-        self.file = Path(file)
+        self.file = Path(os.path.expanduser(file))
         self.hits = self.misses = 0
         self._fingerprint = ""
         self._using = Lock()

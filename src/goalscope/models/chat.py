@@ -146,12 +146,14 @@ class ChatTemplate:
 
     def _before_words(self, roles: tuple[str, ...]) -> str | None:
         """The markup between a chat and earlier words of the assistant's; None if it shows none."""
+        if not roles:
+            return None
         try:
             pieces = self._render((*roles, "assistant", "user"), reply=False)
         except TemplateError:
             return None
         at = pieces.index(len(roles))
-        follows = at < 2 or pieces[at - 2] == len(roles) - 1
+        follows = at >= 2 and pieces[at - 2] == len(roles) - 1
         return str(pieces[at - 1]) if follows else None
 
     def _render(self, roles: tuple[str, ...], *, reply: bool = True) -> tuple[str | int, ...]:

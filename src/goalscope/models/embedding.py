@@ -15,7 +15,8 @@ from typing import Any
 
 import numpy as np
 import numpy.typing as npt
-import platformdirs
+
+from goalscope.places import user_cache
 
 __all__ = ["embedded", "embedded_once"]
 
@@ -34,7 +35,7 @@ def embedded(texts: Sequence[str]) -> Vectors:
 def embedded_once(texts: Sequence[str]) -> Vectors:
     """The same, to 16 bits; kept in the user's cache folder, so that it is worked out only once."""
     named = "\0".join((version("wordllama"), *texts)).encode(errors="replace")
-    folder = platformdirs.user_cache_path("goalscope")
+    folder = user_cache()
     file = folder / f"vectors-{hashlib.sha256(named).hexdigest()[:16]}.npy"
     with suppress(OSError, ValueError, EOFError):
         kept: Vectors = np.load(file).astype(np.float32)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import os
 import re
 from collections.abc import Sequence
 from pathlib import Path
@@ -93,7 +94,7 @@ def tokenizer_file(model: str | Path) -> Path:
 
 def _file(model: str | Path, name: str) -> Path | None:
     """A file of a model, None if the model has none of this name; the hub's are downloaded once."""
-    folder = Path(model).expanduser()
+    folder = Path(os.path.expanduser(model))
     if folder.is_dir():
         return folder / name if (folder / name).is_file() else None
     if isinstance(model, Path) or not _REPOSITORY.fullmatch(model):

@@ -70,18 +70,22 @@ def said_in(message: Mapping[str, Any]) -> str | None:
     content = message.get("content")
     if not isinstance(content, list):
         return content if isinstance(content, str) else None
-    parts = [part for part in cast("list[Any]", content) if isinstance(part, dict)]
-    texts: list[Any] = [part.get("text") for part in parts if part.get("type") in ("text", None)]
-    said = [text for text in texts if isinstance(text, str)]
+    parts = (part for part in _parts(message) if part.get("type") in ("text", None))
+    said = [part["text"] for part in parts if isinstance(part.get("text"), str)]
     return "".join(said) if said else None
 
 
 def thought_in(message: Mapping[str, Any]) -> bool:
     """Whether a message, or a piece of one, holds a thought beside what it says."""
+    kinds = [part.get("type") for part in _parts(message)]
+    return any(message.get(key) for key in _THOUGHTS) or "thinking" in kinds or "reasoning" in kinds
+
+
+def _parts(message: Mapping[str, Any]) -> list[dict[str, Any]]:
+    """The parts of a content that is made of parts."""
     content = message.get("content")
     parts = cast("list[Any]", content) if isinstance(content, list) else []
-    kinds = [part.get("type") for part in parts if isinstance(part, dict)]
-    return any(message.get(key) for key in _THOUGHTS) or bool({"thinking", "reasoning"} & {*kinds})
+    return [cast("dict[str, Any]", part) for part in parts if isinstance(part, dict)]
 
 
 class Streamed:

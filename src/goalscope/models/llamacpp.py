@@ -70,7 +70,7 @@ class LlamaCpp(LocalModel):
         """
         super().__init__()
         source = Path(path) if path is not None else embedded_path()
-        self.tuning = tuned(source, threads or processors(), report, measure=measure)
+        self.tuning = tuned(source, threads or processors(), report, measure)
         self.adapter = Path(adapter) if adapter is not None else None
         whole = self._merged() if merge else None
         self._weights = Weights(whole or self.tuning.path, remedy=self.remedy)

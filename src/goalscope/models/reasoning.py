@@ -18,20 +18,23 @@ __all__ = [
 __all__ += ["opens_thought"]
 
 _NAME = (
-    r"(?:\w+[:_-])?(?:ant)?"
-    r"(?:think(?:ing)?|thoughts?|reason(?:ing)?|reflection|analysis|scratchpad)(?:[:_-]\w+)?"
+    r"(?:[\w:-]+[:_-])?(?:ant)?"
+    r"(?:think(?:ing)?|thoughts?|reason(?:ing)?|reflection|analysis|scratchpad|monologue)(?:[:_-]\w+)?"
 )
 _KINDS = {
     "tag": (rf"<{_NAME}(?:\s[^<>]{{0,80}})?>", rf"</{_NAME}\s*>"),
     "pipes": (
-        rf"<\|(?:(?:start|begin)_(?:of_)?)?{_NAME}\|>|<\|inner_prefix\|>",
-        rf"<\|(?:end_(?:of_)?|/){_NAME}\|>|<\|inner_suffix\|>",
+        rf"<\|(?!end_){_NAME}(?<!_end)\|>|<\|inner_prefix\|>",
+        rf"<\|(?:(?:end_|/){_NAME}|{_NAME}(?<=_end))\|>|<\|inner_suffix\|>",
     ),
-    "brackets": (r"(?-i:\[THINK(?:ING)?\])", r"(?-i:\[/THINK(?:ING)?\])"),
+    "brackets": (
+        r"(?-i:\[(?:THINK(?:ING)?|REASONING)\])",
+        r"(?-i:\[/(?:THINK(?:ING)?|REASONING)\])",
+    ),
     "diamonds": (rf"◁{_NAME}▷", rf"◁/{_NAME}▷"),
     "harmony": (
         r"<\|channel\|>\s*(?:analysis|commentary)\b[^<]*<\|message\|>",
-        r"<\|channel\|>\s*final\b[^<]*<\|message\|>",
+        r"<\|channel\|>\s*final\b[^<]*(?:<\|constrain\|>[^<]*)?<\|message\|>",
     ),
     "plain": (r"\A\s*(?-i:analysis)(?=(?-i:[A-Z]))", r"assistant\s?final"),
     "gemma": (r"<\|channel>thought\b\n?", r"<channel\|>"),
@@ -54,7 +57,7 @@ _ENDS = re.compile(
     r"(?:<\|(?:end|return|END_RESPONSE|END_TEXT|end_of_solution)\|>|\[END FINAL RESPONSE\]"
     r"|<\|close\|>response<\|sep\|>)\Z"
 )
-_TAG = re.compile(r"<(answer|response|solution)>\s*", re.IGNORECASE)
+_TAG = re.compile(r"<(answer|response|solution|output|final|final_answer)>\s*", re.IGNORECASE)
 _SPACE = re.compile(r"\s*")
 _HALF = re.compile(
     rf"(?:<\|?/?[\w:|-]{{0,40}}|<{_NAME}\s[^<>]{{0,80}}|<\|channel>\w{{0,7}}"
@@ -147,7 +150,7 @@ def _closing(kind: str, mark: str) -> str:
     if kind == "kimi":
         return "<|close|>think<|sep|>"
     if kind == "pipes":
-        ended = re.sub(r"(?i)(?<=<\|)(start|begin)", _like_end, mark)
+        ended = re.sub(r"(?i)start|begin", _like_end, mark)
         return ended if ended != mark else f"<|/{mark[2:]}"
     return f"{mark[0]}/{mark[1:]}"
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import warnings
 from collections.abc import Sequence
 from functools import lru_cache, partial
@@ -262,7 +263,7 @@ def _best_device(torch: Any) -> str:
 
 def _load(source: str | Path, device: Any, dtype: Any) -> Any:
     transformers = package("transformers")
-    path = Path(source).expanduser()
+    path = Path(os.path.expanduser(source))
     options: dict[str, Any] = {"dtype": dtype, "trust_remote_code": False}
     name = str(path) if path.exists() else str(source)
     if path.suffix == ".gguf":

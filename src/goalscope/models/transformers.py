@@ -5,6 +5,7 @@ from __future__ import annotations
 import hashlib
 import importlib.metadata
 import json
+import os
 from collections.abc import Callable, Generator, Mapping, Sequence
 from contextlib import contextmanager
 from itertools import chain
@@ -85,7 +86,7 @@ class Transformers(LocalModel):
         """
         super().__init__()
         package("torch")
-        self._source = Path(model).expanduser()
+        self._source = Path(os.path.expanduser(model))
         self._vocabulary: Weights | None = None
         if self._source.suffix == ".gguf":
             self._vocabulary = Weights(self._source, vocabulary_only=True)

@@ -19,7 +19,6 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-import platformdirs
 from filelock import FileLock
 
 from goalscope.models import Array
@@ -28,6 +27,7 @@ from goalscope.models.engine import engine
 from goalscope.models.native import DOWNLOAD_AGAIN, KVCache, Running, Weights
 from goalscope.models.sampling import log_prob
 from goalscope.models.trie import Trie
+from goalscope.places import user_cache
 from goalscope.types import ModelError
 
 __all__ = [
@@ -100,9 +100,7 @@ class Tuning:
         return (*kept, *self.trials, None)[0]
 
 
-def tuned(
-    source: Path, threads: int, report: Report | None = None, *, measure: bool = True
-) -> Tuning:
+def tuned(source: Path, threads: int, report: Report | None = None, measure: bool = True) -> Tuning:
     """The cached tuning of a file, a new one for files below 0.5 GB, or the default.
 
     `GOALSCOPE_TUNE=0` turns all of it off.
@@ -354,7 +352,7 @@ class _Record:
 
 
 def _folder() -> Path:
-    return platformdirs.user_cache_path("goalscope") / "tuned"
+    return user_cache() / "tuned"
 
 
 def _records() -> dict[Path, _Record]:

@@ -14,14 +14,13 @@ from importlib.resources import files
 from pathlib import Path
 from typing import Any, cast
 
-import platformdirs
-
 from goalscope.envs.house.simulator.geometry import box_metadata, vec
 from goalscope.envs.house.simulator.object_types import LIQUIDS
 from goalscope.envs.house.simulator.rooms import read_room
 from goalscope.envs.house.simulator.state import Scene, State
 from goalscope.inputs import shown
 from goalscope.invisible import without_invisible
+from goalscope.places import user_data
 from goalscope.types import InvalidInputError
 
 __all__ = ["import_scene", "known_scenes", "load_scene", "read_scene", "scene_from_metadata"]
@@ -91,7 +90,7 @@ def _kept() -> list[Path]:
 def scenes_folder() -> Path:
     """$GOALSCOPE_SCENES, or `scenes` in the user's data folder."""
     given = os.environ.get("GOALSCOPE_SCENES")
-    return Path(given) if given else platformdirs.user_data_path("goalscope", False) / "scenes"
+    return Path(given) if given else user_data() / "scenes"
 
 
 def import_scene(path: Path, name: str | None = None, *, force: bool = False) -> tuple[str, Scene]:

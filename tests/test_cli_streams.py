@@ -1,0 +1,245 @@
+"""No room, no home, no reader: one line each with the cause and what to do, and never a trace."""
+
+from __future__ import annotations
+
+import os
+import subprocess
+import sys
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import pytest
+import typer.main
+
+from goalscope import places
+from goalscope.cli.main import app
+from goalscope.database.opening import opened
+from goalscope.models.tune import tuned
+from goalscope.types import GoalscopeError
+from test_cli import MAIN, ROW, fails, invoke, rows_file
+from test_run import NamedModel
+
+SOURCE = str(Path(__file__).parents[1] / "src")
+needs_linux = pytest.mark.skipif(sys.platform != "linux", reason="/dev/full is Linux's")
+
+
+def commands(found: Any, *words: str) -> Iterator[list[str]]:
+    """All commands and groups of commands."""
+    yield [*words]
+    for name, each in getattr(found, "commands", {}).items():
+        yield from commands(each, *words, name)
+
+
+COMMANDS = [*commands(typer.main.get_command(app))]
+SHOWING = [
+    ["--version"],
+    ["episodes"],
+    ["episodes", "--json"],
+    ["data", "list"],
+    ["study", "example"],
+]
+SHOWING += [["house", "scenes"], ["house", "scenes", "--json"], ["house", "show", "Kitchen1"]]
+
+
+def ran(
+    tmp_path: Path,
+    *words: str,
+    stdout: Any = subprocess.PIPE,
+    code: str = MAIN[-1],
+    unbuffered: str = "",
+) -> subprocess.CompletedProcess[str]:
+    home = {"HOME": str(tmp_path), "GOALSCOPE_STORE": str(tmp_path / "e.db")}
+    environment = {**os.environ, "PYTHONPATH": SOURCE, "GOALSCOPE_TUNE": "0", **home}
+    environment["PYTHONUNBUFFERED"] = unbuffered
+    return subprocess.run(
+        [*MAIN[:-1], code, *words], stdout=stdout, stderr=subprocess.PIPE, text=True,
+        env=environment, check=False,
+    )  # fmt: skip
+
+
+@needs_linux
+@pytest.mark.parametrize("words", SHOWING, ids=" ".join)
+def test_a_full_disk_behind_standard_output_is_said_in_one_line(
+    tmp_path: Path, words: list[str]
+) -> None:
+    opened(tmp_path / "e.db")[1].dispose()
+    with Path("/dev/full").open("w") as full:
+        result = ran(tmp_path, *words, stdout=full)
+    assert result.stderr == (
+        "Error: Cannot write to standard output: No space left on device. Free some space, or "
+        "send it elsewhere.\n"
+    )
+    assert result.returncode == 1
+
+
+@needs_linux
+def test_without_a_buffer_a_full_disk_is_one_line_too(tmp_path: Path) -> None:
+    with Path("/dev/full").open("w") as full:
+        result = ran(tmp_path, "data", "list", stdout=full, unbuffered="1")
+    assert result.stderr.startswith("Error: No space left on device. Free some space")
+    assert (result.returncode, result.stderr.count("\n")) == (1, 1)
+
+
+@needs_linux
+def test_a_help_text_that_finds_no_room_is_one_line(tmp_path: Path) -> None:
+    assert len(COMMANDS) > 30
+    for words in COMMANDS[:: len(COMMANDS) // 6]:
+        with Path("/dev/full").open("w") as full:
+            result = ran(tmp_path, *words, "--help", stdout=full)
+        assert result.returncode == 1
+        (line,) = result.stderr.splitlines()
+        assert line.startswith("Error: Cannot write to standard output")
+
+
+@pytest.mark.parametrize("words", SHOWING, ids=" ".join)
+def test_a_reader_who_has_enough_is_told_nothing(tmp_path: Path, words: list[str]) -> None:
+    opened(tmp_path / "e.db")[1].dispose()
+    reads, writes = os.pipe()
+    os.close(reads)
+    result = ran(tmp_path, *words, stdout=writes)
+    os.close(writes)
+    assert result.stderr == ""
+    assert result.returncode == 1
+
+
+@pytest.mark.skipif(os.name != "posix", reason="needs a shell")
+def test_closed_streams_are_said_and_nothing_takes_their_place(tmp_path: Path) -> None:
+    def shell(closing: str) -> subprocess.CompletedProcess[str]:
+        words = ["sh", "-c", f'exec "$@" {closing}', "sh", *MAIN, "episodes"]
+        place = {"GOALSCOPE_STORE": str(tmp_path / "e.db"), "PYTHONPATH": SOURCE}
+        environment = {**os.environ, **place}
+        return subprocess.run(words, capture_output=True, text=True, env=environment, check=False)
+
+    opened(tmp_path / "e.db")[1].dispose()
+    result = shell(">&-")
+    assert (result.returncode, result.stdout) == (1, "")
+    assert result.stderr == (
+        "Error: Standard output is closed. Send it to a file, or to /dev/null.\n"
+    )
+    for closing in ("<&-", "2>&-", "<&- 2>&-"):
+        result = shell(closing)
+        assert (result.returncode, result.stderr) == (0, "")
+        assert "episode" in result.stdout
+
+
+LONG = "x" * 300
+PATHS = [
+    ("episodes", "--store", "@"),
+    ("mcp", "--store", "@"),
+    ("chat", "--store", "@"),
+    ("replay", "1", "--store", "@"),
+    ("study", "list", "--store", "@"),
+    ("study", "new", "@"),
+    ("chat", "--catalogue", "@"),
+    ("chat", "@"),
+    ("chat", "house", "--scene", "@"),
+    ("run", "--profiles", "@"),
+    ("infer", "@", "--out", "o.jsonl"),
+    ("infer", "ROWS", "--out", "@", "--model", "http://localhost:1/v1#m"),
+    ("infer", "ROWS", "--out", "o.jsonl", "--calls", "@"),
+    ("infer", "ROWS", "--out", "o.jsonl", "--calibration", "@"),
+    ("infer", "ROWS", "--out", "o.jsonl", "--model", "@"),
+    ("infer", "ROWS", "--out", "o.jsonl", "--adapter", "@"),
+    ("fit-writer", "@", "--out", "fitted"),
+    ("calibrate", "@"),
+    ("report", "@"),
+    ("experiment", "run", "@"),
+    ("bench", "dialogues", "teach", "--data", "@"),
+    ("bench", "dialogues", "--jsonl", "@"),
+    ("bench", "reading", "@"),
+    ("data", "list", "--data", "@"),
+    ("data", "export", "teach", "--data", "@", "--out", "o"),
+    ("house", "show", "@"),
+    ("house", "show", "Kitchen1", "--svg", "@"),
+    ("house", "import", "@"),
+    ("models", "tune", "@"),
+    ("models", "check", "@"),
+]
+
+
+@pytest.mark.parametrize("words", PATHS, ids=" ".join)
+@pytest.mark.parametrize("kind", ["long", "deep", "beneath a file"])
+def test_a_path_that_cannot_be_is_one_line(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, words: tuple[str, ...], kind: str, model: Any
+) -> None:
+    pytest.importorskip("mcp")
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr("goalscope.cli.terminal.measuring", measuring)
+    rows = rows_file(tmp_path, ROW)
+    path = {"long": LONG, "deep": "a/" * 2500 + "b", "beneath a file": f"{rows}/x"}[kind]
+    given = [{"@": path, "ROWS": str(rows)}.get(each, each) for each in words]
+    result = invoke(*given)
+    assert result.exit_code in (1, 2), result.output
+    assert "Traceback" not in result.output
+    assert isinstance(result.exception, SystemExit)
+    (line,) = [each for each in result.stderr.splitlines() if each]
+    assert line.startswith("Error: ")
+
+
+class measuring:
+    """No progress bar."""
+
+    def __init__(self, _: str) -> None: ...
+
+    def __enter__(self) -> Any:
+        return lambda *_: None
+
+    def __exit__(self, *_: object) -> None: ...
+
+
+def test_a_store_that_is_a_folder_is_said_so(tmp_path: Path) -> None:
+    with pytest.raises(GoalscopeError, match=r"is a folder: name another file"):
+        opened(tmp_path)
+
+
+def test_a_new_store_says_why_it_cannot_be(tmp_path: Path) -> None:
+    with pytest.raises(GoalscopeError, match=r"Cannot create the episode store .*: File name too"):
+        opened(tmp_path / LONG)
+
+
+@needs_linux
+def test_beliefs_on_a_full_disk_are_one_line(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("goalscope.models.opening.open_model", lambda *_, **__: NamedModel())
+    rows = rows_file(tmp_path, ROW)
+    line = fails(1, "infer", rows, "--out", "/dev/full")
+    assert "Cannot write /dev/full: No space left on device" in line
+
+
+@pytest.mark.skipif(os.name != "posix", reason="elsewhere every user has a home")
+def test_an_unknown_user_without_a_home_is_told_what_to_name(tmp_path: Path) -> None:
+    unknown = f"""\
+import os, pwd
+def getpwuid(_): raise KeyError
+pwd.getpwuid = getpwuid
+for name in ("HOME", "GOALSCOPE_STORE", "XDG_DATA_HOME", "XDG_CACHE_HOME"):
+    os.environ.pop(name, None)
+{MAIN[-1]}"""
+    result = ran(tmp_path, "episodes", code=unknown)
+    assert (result.returncode, result.stdout) == (1, "")
+    assert result.stderr == (
+        "Error: There is no home folder to keep the episodes in: HOME is not set. Set it, or name "
+        "a file with --store.\n"
+    )
+    for words in (["--version"], ["house", "scenes"], ["models", "list"], ["data", "list"]):
+        result = ran(tmp_path, *words, code=unknown)
+        assert (result.returncode, result.stderr) == (0, "")
+
+
+def test_who_has_no_home_keeps_nothing_and_runs_all_the_same(
+    monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    def homeless(*_: object) -> Path:
+        raise RuntimeError("could not determine the home directory")
+
+    monkeypatch.setattr("platformdirs.user_cache_path", homeless)
+    monkeypatch.setattr("platformdirs.user_data_path", homeless)
+    monkeypatch.delenv("GOALSCOPE_TUNE", raising=False)
+    assert places.user_data() == places.user_cache() == places.NOWHERE
+    file = tmp_path / "m.gguf"
+    file.write_bytes(b"GGUF")
+    assert tuned(file, 2).path == file
+    with pytest.raises(GoalscopeError, match="HOME is not set"):
+        opened(places.user_data() / "episodes.db")
