@@ -243,3 +243,10 @@ def test_who_has_no_home_keeps_nothing_and_runs_all_the_same(
     assert tuned(file, 2).path == file
     with pytest.raises(GoalscopeError, match="HOME is not set"):
         opened(places.user_data() / "episodes.db")
+
+
+@pytest.mark.parametrize("words", [["~/rows.jsonl", "--out", "o.jsonl"], ["x", "--out=~/no/o"]])
+def test_the_home_folder_is_found_without_a_shell(tmp_path: Path, words: list[str]) -> None:
+    said = ran(tmp_path, "infer", *words).stderr
+    assert f"{tmp_path}/" in said
+    assert "~" not in said

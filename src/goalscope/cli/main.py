@@ -190,6 +190,15 @@ def _open_streams() -> None:
         sys.exit("Error: Standard output is closed. Send it to a file, or to /dev/null.")
 
 
+def _at_home(word: str) -> str:
+    """A word of the command line with the home folder for "~".
+
+    A shell has put it there; a program that starts this one, from JSON, say, has not.
+    """
+    option, sign, path = word.partition("=") if word.startswith("--") else ("", "", word)
+    return f"{option}{sign}{os.path.expanduser(path)}" if path.startswith("~") else word
+
+
 def main() -> None:
     """Run the command line."""
     _open_streams()
@@ -205,7 +214,7 @@ def main() -> None:
         if isinstance(stream, io.TextIOWrapper):
             stream.reconfigure(errors="replace")  # an ASCII terminal shows ? and goes on
     try:
-        app()
+        app(args=[*map(_at_home, sys.argv[1:])])
         code: object = 0
     except KeyboardInterrupt:
         code = 130

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import itertools
+import os
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import asdict, dataclass, field, replace
 from pathlib import Path
@@ -413,6 +414,7 @@ def _achieved(cell: Cell) -> dict[str, Any]:
 
 def _file(name: str, folder: Path | None) -> Path:
     """A file by its path, or in the data folder."""
+    name = os.path.expanduser(name)
     places = [Path(name), *([folder / name] if folder else [])]
     for file in places:
         if file.is_file():

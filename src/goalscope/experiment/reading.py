@@ -208,6 +208,7 @@ def _found(part: Any, folder: Path) -> Any:
 
 def _place(name: str, folder: Path) -> str:
     """The full path of a file or folder next to the TOML file, or here; other names unchanged."""
+    name = os.path.expanduser(name)
     return next(
         (str(each.absolute()) for each in (folder / name, Path(name)) if os.path.exists(each)), name
     )
