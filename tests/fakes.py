@@ -97,9 +97,6 @@ class WordModel:
             if not re.search(rf'"{re.escape(orders.split()[0])}( \w+)?"', grammar.splitlines()[0]):
                 orders = "aim"
             return Completion(orders, "stop", 1, 1, -1.0, self.margins)
-        if on_text := settings.get("on_text"):
-            for end in [match.end() for match in re.finditer(r"\S+", text)]:
-                on_text(text[:end])
         return Completion(text, "stop", len(words(prompt)), len(words(text)))
 
     def close(self) -> None: ...

@@ -61,15 +61,6 @@ def test_an_answer_is_given_again_to_the_last_bit(file: Path) -> None:
     assert (model.pairs, model.prompts, second.hits, second.misses) == (0, 0, 3, 0)
 
 
-def test_an_answer_is_heard_whether_it_is_new_or_kept(file: Path) -> None:
-    model, told = CachedModel(Weighed(), file), list[str]()
-    model.generate(CHAT, on_text=told.append)
-    model.generate(CHAT, on_text=told.append)
-    model.generate(CHAT)
-    assert told == ["eggs", "eggs"]
-    assert (model.hits, model.misses) == (2, 1)
-
-
 def test_other_weights_are_never_answered_for(file: Path) -> None:
     CachedModel(Weighed("a"), file).token_logprobs([CHAT], ["milk"])
     other = Weighed("b")

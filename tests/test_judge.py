@@ -96,7 +96,7 @@ def test_a_server_that_ignores_the_schema_leaves_a_trial_unscored(text) -> None:
     class Prose:
         url, model = "http://server", "gpt"
 
-        def post(self, path, body, on_text=None):
+        def post(self, path, body):
             return {"choices": [{"message": {"content": text}, "finish_reason": "stop"}]}
 
     server = ServedGenerator(Prose())  # pyright: ignore[reportArgumentType]

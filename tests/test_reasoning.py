@@ -8,12 +8,9 @@ from contextlib import suppress
 
 import pytest
 
-from goalscope.models.http import Server
-from goalscope.models.reasoning import answer_of, answer_so_far
-from goalscope.models.served_generator import ServedGenerator
+from goalscope.models.reasoning import answer_of
 from goalscope.types import Message, ModelError
-from test_served import URL
-from test_served_writing import Streams, httpx2, piece, reply, streamed, writing
+from test_served_writing import reply, writing
 
 ASKED = [Message("user", "Name a goal.")]
 
@@ -30,6 +27,7 @@ ASKED = [Message("user", "Name a goal.")]
         ("[think] of a [reason]", "[think] of a [reason]"),
         ("analysis of the budget", "analysis of the budget"),
         ("Sure. <think>Cake?</think>bake a cake", "Sure. bake a cake"),
+        ("bake <reasoning>They bake.</reasoning>a cake", "bake a cake"),
         ("<think>One.</think>\n<think>Two.</think>bake a cake", "bake a cake"),
         ("<think>The <think> tag</think> again</think>bake a cake", "bake a cake"),
         ("<reasoning>They bake.</reasoning>bake a cake", "bake a cake"),
@@ -57,6 +55,10 @@ ASKED = [Message("user", "Name a goal.")]
         ("<|channel|>final<|message|>bake a cake", "bake a cake"),
         ("analysisThey bake.assistantfinalbake a cake", "bake a cake"),
         ("<|channel>thought\nThey bake.<channel|>bake a cake", "bake a cake"),
+        (
+            "<|open|>think<|sep|>They bake.<|close|>think<|sep|><|open|>response<|sep|>bake a cake",
+            "bake a cake",
+        ),
         ("Here are my reasoning steps:\nThey.\n[BEGIN FINAL RESPONSE]\nbake a cake", "bake a cake"),
     ],
 )
@@ -79,7 +81,6 @@ def test_the_answer_is_what_follows_the_thought(text: str, answer: str) -> None:
     ],
 )
 def test_a_reply_that_is_all_thought_says_what_to_do(text: str) -> None:
-    assert answer_so_far(text) == ""
     with pytest.raises(ModelError, match="Turn its thinking off"):
         answer_of(text, "m")
 
@@ -90,63 +91,22 @@ def test_a_reply_cut_off_in_a_later_thought_is_an_error() -> None:
     assert answer_of("Sure, a <think> tag", "m") == "Sure, a <think> tag"
 
 
-@pytest.mark.parametrize(
-    "text",
-    [
-        "<think>Secret.</think>bake a cake",
-        "<|channel|>analysis<|message|>Secret.<|end|><|start|>assistant<|channel|>final<|message|>"
-        "bake a cake",
-        "[THINK]Secret.[/THINK]bake a cake",
-        "◁think▷Secret.◁/think▷bake a cake",
-        "<|START_THINKING|>Secret.<|END_THINKING|><|START_RESPONSE|>bake a cake<|END_RESPONSE|>",
-        "<|channel>thought\nSecret.<channel|>bake a cake",
-        "<|open|>think<|sep|>Secret.<|close|>think<|sep|><|open|>response<|sep|>bake a cake",
-        "analysisSecret.assistantfinalbake a cake",
-        "bake <reasoning>Secret.</reasoning>a cake",
-        '<think time="2 s">Secret.</think>bake a cake',
-        "<thought>Secret.</thought><answer>bake a cake</answer>",
-    ],
-)
-def test_a_draft_shows_the_answer_alone_and_only_grows(text: str) -> None:
-    drafts = [answer_so_far(text[:end]) for end in range(len(text) + 1)]
-    assert drafts[-1] == answer_of(text, "m") == "bake a cake"
-    assert all("bake a cake".startswith(draft) for draft in drafts)
-
-
-def test_a_draft_is_shown_up_to_half_a_mark() -> None:
-    assert answer_so_far("is 3 < 4") == "is 3 < 4"
-    assert answer_so_far("bake a cake <thi") == "bake a cake "
-    assert answer_so_far("an") == ""  # may be "analysis", without the marks of its channel
-    assert answer_so_far("an apple") == "an apple"
-
-
 def test_long_replies_are_read_in_time_of_their_length() -> None:
     for mark in ("<think>", "</think>", "<a", "[THINK", " ", "<|channel|>analysis", "<think> "):
         start = time.process_time()
-        answer_so_far("x" + mark * 100_000)
-        with suppress(ModelError):
-            answer_of(mark * 100_000, "m")
+        for text in "x" + mark * 100_000, mark * 100_000:
+            with suppress(ModelError):
+                answer_of(text, "m")
         assert time.process_time() - start < 5
 
 
-def test_a_streamed_thought_is_not_shown() -> None:
-    thought = {"choices": [{"delta": {"reasoning_content": "Cake?"}, "finish_reason": None}]}
-    parts = [piece(each) for each in ("<th", "ink>Tea", "?</thi", "nk>\nbake", " a cake")]
-    answer, told = Streams(streamed(thought, *parts, piece(None, "stop"))).generate()
-    assert answer.text == "bake a cake"
-    assert told == ["bake", "bake a cake", "bake a cake"]
-
-
-def test_drafts_of_a_server_whose_replies_begin_in_a_thought_wait_for_its_end() -> None:
-    def text(*parts: str) -> str:
-        return streamed(*map(piece, parts), piece(None, "stop"))
-
-    server = Streams(text("Tea? </think>bake"), text("Cake", " or tea?", "</think>", "bake"))
-    model = ServedGenerator(Server(URL + "#m", transport=httpx2.MockTransport(server)))
-    model.generate(ASKED)
-    told: list[str] = []
-    assert model.generate(ASKED, on_text=told.append).text == "bake"
-    assert told == ["bake", "bake"]
+def test_a_reply_cut_off_in_a_thought_that_the_prompt_began_is_an_error() -> None:
+    cut = reply("Cake or tea?", finish_reason="length")
+    model, _ = writing((200, cut), (200, reply("Tea? </think>bake")), (200, cut))
+    assert model.generate(ASKED).text == "Cake or tea?"  # nothing tells that it is a thought
+    assert model.generate(ASKED).text == "bake"
+    with pytest.raises(ModelError, match="Turn its thinking off"):
+        model.generate(ASKED)
 
 
 THOUGHT = "Cake or tea?"
@@ -167,9 +127,6 @@ def test_a_reply_with_its_thought_in_a_field_of_its_own_alone_is_an_error(messag
     model, _ = writing((200, answer))
     with pytest.raises(ModelError, match="Turn its thinking off"):
         model.generate(ASKED)
-    delta = {"choices": [{"delta": message, "finish_reason": "length"}]}
-    with pytest.raises(ModelError, match="Turn its thinking off"):
-        Streams(streamed(delta)).generate()
 
 
 def test_hidden_reasoning_that_took_all_tokens_is_an_error() -> None:
@@ -189,9 +146,6 @@ def test_hidden_reasoning_that_took_all_tokens_is_an_error() -> None:
 def test_the_answer_beside_a_thought_is_the_reply(message) -> None:
     model, _ = writing((200, {"choices": [{"message": message, "finish_reason": "stop"}]}))
     assert model.generate(ASKED).text == "bake"
-    delta = {"choices": [{"delta": message, "finish_reason": "stop"}]}
-    answer, told = Streams(streamed(delta)).generate()
-    assert (answer.text, told) == ("bake", ["bake", "bake"])
 
 
 ITEM = {"type": "object", "properties": {"item": {"type": "string"}}, "required": ["item"]}

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, Protocol
 
@@ -18,7 +18,6 @@ __all__ = [
     "LanguageModel",
     "LikelihoodModel",
     "Model",
-    "OnText",
     "OpenGenerator",
     "OpenModel",
     "OpenScorer",
@@ -30,9 +29,6 @@ Array = npt.NDArray[np.float64]
 
 CLOSED = "This model is closed; open it again with open_model(...)."
 """The error of any call after `close`."""
-
-OnText = Callable[[str], None]
-"""Called with the whole text so far as it grows."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -89,7 +85,6 @@ class Generator(LanguageModel, Protocol):
         stop: Sequence[str] = (),
         schema: Mapping[str, Any] | None = None,
         grammar: str | None = None,
-        on_text: OnText | None = None,
     ) -> Completion:
         """Write the assistant's next message.
 
@@ -101,8 +96,6 @@ class Generator(LanguageModel, Protocol):
             stop: Strings that end the reply, and are not part of it.
             schema: JSON schema that the reply must satisfy.
             grammar: GBNF grammar of the reply, in place of a schema.
-            on_text: Called with the reply as it is written, up to where it is final. Models that do
-                not stream call it once, at the end.
 
         Raises:
             ModelError: The messages do not fit the context, the model failed, or it does not accept

@@ -15,7 +15,7 @@ from typing import Any, cast
 
 import numpy as np
 
-from goalscope.models import Array, Completion, OnText, OpenGenerator, OpenModel, OpenScorer
+from goalscope.models import Array, Completion, OpenGenerator, OpenModel, OpenScorer
 from goalscope.types import GoalscopeError, InvalidInputError, Message
 
 __all__ = ["CachedModel"]
@@ -99,7 +99,6 @@ class CachedModel:
         stop: Sequence[str] = (),
         schema: Mapping[str, Any] | None = None,
         grammar: str | None = None,
-        on_text: OnText | None = None,
     ) -> Completion:
         """See `Generator.generate`."""
         settings: dict[str, Any] = {
@@ -112,10 +111,8 @@ class CachedModel:
         key = self._key("generate", messages, settings)
         answer = self._find(key)
         if answer is None:
-            answer = asdict(self.model.generate(messages, **settings, on_text=on_text))
+            answer = asdict(self.model.generate(messages, **settings))
             self._keep({key: answer})
-        elif on_text:
-            on_text(answer["text"])
         written = Completion(**answer)
         return replace(written, margins=written.margins and tuple(written.margins))
 

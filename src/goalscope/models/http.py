@@ -14,14 +14,7 @@ from typing import TYPE_CHECKING, Any, cast
 from urllib.parse import urlsplit
 
 from goalscope.extras import package
-from goalscope.models import OnText
-from goalscope.models.http_answers import (
-    Streamed,
-    codes_of,
-    failed,
-    message_of,
-    seconds_asked,
-)
+from goalscope.models.http_answers import codes_of, failed, message_of, seconds_asked
 from goalscope.types import InvalidInputError, ModelError, pluralize
 
 if TYPE_CHECKING:
@@ -210,41 +203,25 @@ class Server:
         """
         return self._call("GET", path, None, ATTEMPTS)
 
-    def post(
-        self,
-        path: str,
-        body: Mapping[str, Any],
-        *,
-        attempts: int = ATTEMPTS,
-        on_text: OnText | None = None,
-    ) -> Any:
+    def post(self, path: str, body: Mapping[str, Any], *, attempts: int = ATTEMPTS) -> Any:
         """Send JSON to a path; one that begins with "/" is the server's, not the API's.
 
         Args:
             path: The path.
             body: The JSON.
             attempts: How often to try.
-            on_text: Called with a chat completion as it grows, where the server streams it; from
-                another thread, and from the beginning again with each attempt.
 
         Raises:
             Refusal: The server refused it.
             ModelError: There was no usable answer.
         """
-        return self._call("POST", path, body, attempts, on_text)
+        return self._call("POST", path, body, attempts)
 
     def close(self) -> None:
         """Close the connections."""
         self._client.close()
 
-    def _call(
-        self,
-        method: str,
-        path: str,
-        body: Mapping[str, Any] | None,
-        attempts: int,
-        on_text: OnText | None = None,
-    ) -> Any:
+    def _call(self, method: str, path: str, body: Mapping[str, Any] | None, attempts: int) -> Any:
         import tenacity
 
         deadline = time.monotonic() + self._patience
@@ -260,26 +237,19 @@ class Server:
                 with attempt:
                     self.usage.retries += tried > 0
                     tried += 1
-                    return self._once(method, path, body, deadline, on_text)
+                    return self._once(method, path, body, deadline)
         except _Trouble as trouble:
             wait = f" The server asks to wait {trouble.wait:.0f} s." if trouble.wait else ""
             times = "once" if tried == 1 else f"{tried} times"
             raise ModelError(f"{trouble}{wait} Tried {times}; try again later.") from None
         raise AssertionError("tenacity ends by a return or an error")
 
-    def _once(
-        self,
-        method: str,
-        path: str,
-        body: Mapping[str, Any] | None,
-        deadline: float,
-        on_text: OnText | None,
-    ) -> Any:
+    def _once(self, method: str, path: str, body: Mapping[str, Any] | None, deadline: float) -> Any:
         import httpx2
 
         self.usage.requests += 1
         try:
-            return self._read(path, *self._in_time(method, path, body, deadline, on_text))
+            return self._read(path, *self._in_time(method, path, body, deadline))
         except (TimeoutError, httpx2.TimeoutException):
             raise _Trouble(
                 f"{self.url} did not answer in time ({self._timeout:.0f} s of silence, "
@@ -297,21 +267,15 @@ class Server:
             ) from None
 
     def _in_time(
-        self,
-        method: str,
-        path: str,
-        body: Mapping[str, Any] | None,
-        deadline: float,
-        on_text: OnText | None,
+        self, method: str, path: str, body: Mapping[str, Any] | None, deadline: float
     ) -> tuple[httpx2.Response, bytes]:
         """The answer, in a thread that is left alone at the deadline: HTTPX bounds but silences."""
         seconds = max(0.1, deadline - time.monotonic())
         future: Future[tuple[httpx2.Response, bytes]] = Future()
-        streamed = on_text and Streamed(on_text)
 
         def work() -> None:
             try:
-                future.set_result(self._fetch(method, path, body, seconds, streamed))
+                future.set_result(self._fetch(method, path, body, seconds))
             except BaseException as error:
                 future.set_exception(error)
 
@@ -319,12 +283,7 @@ class Server:
         return future.result(seconds)
 
     def _fetch(
-        self,
-        method: str,
-        path: str,
-        body: Mapping[str, Any] | None,
-        seconds: float,
-        streamed: Streamed | None,
+        self, method: str, path: str, body: Mapping[str, Any] | None, seconds: float
     ) -> tuple[httpx2.Response, bytes]:
         end = time.monotonic() + seconds
         with self._client.stream(
@@ -334,8 +293,6 @@ class Server:
             timeout=min(self._timeout, seconds),
         ) as response:
             data = bytearray()
-            if "text/event-stream" not in response.headers.get("content-type", ""):
-                streamed = None
             for chunk in response.iter_bytes():
                 data += chunk
                 if len(data) > _LARGEST:
@@ -344,11 +301,7 @@ class Server:
                     )
                 if time.monotonic() > end:
                     raise TimeoutError
-                if streamed:
-                    with understood(self.url):
-                        streamed.take(chunk)
-            with understood(self.url):
-                return response, streamed.answer() if streamed else bytes(data)
+            return response, bytes(data)
 
     def _read(self, path: str, response: httpx2.Response, data: bytes) -> Any:
         status = response.status_code

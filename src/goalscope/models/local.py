@@ -11,9 +11,9 @@ from typing import Any, TypeVar, cast
 
 import numpy as np
 
-from goalscope.models import CLOSED, Array, Completion, OnText, unfinished_json
+from goalscope.models import CLOSED, Array, Completion, unfinished_json
 from goalscope.models.native import Weights
-from goalscope.models.reasoning import answer_of, answer_so_far, opens_thought
+from goalscope.models.reasoning import answer_of, opens_thought
 from goalscope.models.sampling import (
     Grammar,
     LlamaGrammar,
@@ -134,7 +134,6 @@ class LocalModel(TokenScorer):
         stop: Sequence[str] = (),
         schema: Mapping[str, Any] | None = None,
         grammar: str | None = None,
-        on_text: OnText | None = None,
     ) -> Completion:
         """Write the assistant's next message; see `Generator.generate`.
 
@@ -152,7 +151,7 @@ class LocalModel(TokenScorer):
         rules = schema if schema is not None else grammar
         form = self.grammar(rules) if rules is not None else None
         total, margins = 0.0, [_SUREST]
-        text, written, finish, told, ended_by = "", list[int](), "length", "", ""
+        text, written, finish, ended_by = "", list[int](), "length", ""
         logits = self.read(prompt, room)
         while len(written) < room:
             if not np.isfinite(logits.max()):
@@ -173,9 +172,6 @@ class LocalModel(TokenScorer):
             if cuts:
                 text, finish = text[: min(cuts)], "stop"
                 break
-            sure = answer_so_far(_sure(text, stop)) if on_text else ""
-            if on_text and len(sure) > len(told):
-                on_text(told := sure)
             if len(written) < room:
                 logits = self.push(token)
         if form is not None and finish == "length":
@@ -185,8 +181,6 @@ class LocalModel(TokenScorer):
             answer = answer_of(
                 text + ended_by, self.name, cut_off=bool(ended_by) or finish == "length"
             )
-        if on_text and answer != told:
-            on_text(answer)
         known = (total, tuple(margins)) if answer == text else (None, None)
         return Completion(answer, finish, len(prompt), len(written), *known)
 
@@ -204,10 +198,3 @@ class LocalModel(TokenScorer):
         logprobs = self.next_logprobs(prompt)
         token = int(np.argmax(logprobs))
         return token, float(logprobs[token])
-
-
-def _sure(text: str, stop: Sequence[str]) -> str:
-    """What stays whatever follows: not half a letter, nor what may begin a stop string."""
-    text = text.rstrip("\ufffd")
-    open_ends = (n for end in stop for n in range(1, len(end)) if text.endswith(end[:n]))
-    return text[: len(text) - max(open_ends, default=0)]

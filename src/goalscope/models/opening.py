@@ -10,7 +10,7 @@ from functools import cache, partial
 from pathlib import Path
 from typing import Any, cast
 
-from goalscope.models import Array, Completion, OnText, OpenGenerator, OpenModel, OpenScorer
+from goalscope.models import Array, Completion, OpenGenerator, OpenModel, OpenScorer
 from goalscope.models.adapters import FITTED_TASK, NO_ADAPTER, adapter_file, shipped
 from goalscope.models.cache import CachedModel
 from goalscope.models.chat import ChatTokenizer
@@ -94,7 +94,6 @@ class TwoModels:
         stop: Sequence[str] = (),
         schema: Mapping[str, Any] | None = None,
         grammar: str | None = None,
-        on_text: OnText | None = None,
     ) -> Completion:
         """See `Generator.generate`."""
         return self.generator.generate(
@@ -105,7 +104,6 @@ class TwoModels:
             stop=stop,
             schema=schema,
             grammar=grammar,
-            on_text=on_text,
         )
 
     def token_logprobs(

@@ -7,14 +7,7 @@ from typing import NamedTuple
 
 from goalscope.types import ModelError
 
-__all__ = [
-    "answer_of",
-    "answer_so_far",
-    "begins_in_thought",
-    "closed",
-    "marks_thought",
-    "only_reasoned",
-]
+__all__ = ["answer_of", "begins_in_thought", "closed", "marks_thought", "only_reasoned"]
 __all__ += ["opens_thought"]
 
 _NAME = (
@@ -59,27 +52,6 @@ _ENDS = re.compile(
 )
 _TAG = re.compile(r"<(answer|response|solution|output|final|final_answer)>\s*", re.IGNORECASE)
 _SPACE = re.compile(r"\s*")
-_HALF = re.compile(
-    rf"(?:<\|?/?[\w:|-]{{0,40}}|<{_NAME}\s[^<>]{{0,80}}|<\|channel>\w{{0,7}}"
-    r"|<\|channel\|>[^<]{0,40}(?:<[\w|]{0,9})?|<\|(?:open|close)\|>\w{0,9}(?:<[\w|]{0,5})?"
-    r"|\[/?(?-i:[A-Z ]{0,24})|◁/?\w{0,20})\s*\Z",
-    re.IGNORECASE,
-)
-"""An end of a text that may be half a mark."""
-
-
-def answer_so_far(text: str, *, in_thought: bool = False) -> str:
-    """What a growing reply shows of its answer, without thoughts and without half a mark of one.
-
-    With `in_thought`, it is known to begin within a thought.
-    """
-    shown, open_at, ended = _split(text)
-    if open_at is not None:
-        return shown
-    if (in_thought and not ended) or "analysis".startswith(text.strip()):
-        return ""
-    half = _HALF.search(shown, max(0, len(shown) - 100))
-    return shown[: half.start()] if half else shown
 
 
 def answer_of(text: str, name: str, *, cut_off: bool = False, in_thought: bool = False) -> str:

@@ -3,20 +3,14 @@
 from __future__ import annotations
 
 import json
-import re
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from goalscope.models import Completion, OnText, unfinished_json
+from goalscope.models import Completion, unfinished_json
 from goalscope.models.chat import ChatTokenizer
 from goalscope.models.http import Refusal, Server, understood
 from goalscope.models.http_answers import said_in, thought_in
-from goalscope.models.reasoning import (
-    answer_of,
-    answer_so_far,
-    begins_in_thought,
-    only_reasoned,
-)
+from goalscope.models.reasoning import answer_of, begins_in_thought, only_reasoned
 from goalscope.types import Message, ModelError, UnreadableAnswerError
 
 __all__ = ["ServedGenerator"]
@@ -55,7 +49,7 @@ class ServedGenerator:
         self.server, self.tokenizer = server, tokenizer
         self._context_size = context_size
         self._length_key = "max_tokens"
-        self._takes_json_schema = self._streams = True
+        self._takes_json_schema = True
         self._begins_in_thought = False  # as its replies so far have shown
 
     @property
@@ -85,7 +79,6 @@ class ServedGenerator:
         stop: Sequence[str] = (),
         schema: Mapping[str, Any] | None = None,
         grammar: str | None = None,
-        on_text: OnText | None = None,
     ) -> Completion:
         """Write the assistant's next message; see `Generator.generate`.
 
@@ -106,11 +99,7 @@ class ServedGenerator:
         if stop:
             body["stop"] = list(stop)
 
-        def draft(text: str) -> None:
-            if on_text and (shown := answer_so_far(text, in_thought=self._begins_in_thought)):
-                on_text(shown)
-
-        answer = self._post(body, max_tokens, schema, draft if on_text else None)
+        answer = self._post(body, max_tokens, schema)
         with understood(self.server.url):
             choice: dict[str, Any] = answer["choices"][0]
             usage: dict[str, Any] = answer.get("usage") or {}
@@ -138,8 +127,6 @@ class ServedGenerator:
             )
         if schema is not None:
             text = self._checked(text, finish, schema, max_tokens)
-        if on_text:
-            on_text(text)
         return Completion(text, finish, read, written)
 
     @property
@@ -156,26 +143,18 @@ class ServedGenerator:
         self.server.close()
 
     def _post(
-        self,
-        body: Mapping[str, Any],
-        max_tokens: int,
-        schema: Mapping[str, Any] | None,
-        on_text: OnText | None,
+        self, body: Mapping[str, Any], max_tokens: int, schema: Mapping[str, Any] | None
     ) -> Any:
         """Ask, and again without what the server says that it does not know."""
         while True:
             extra: dict[str, Any] = {self._length_key: max_tokens}
             if schema is not None:
                 extra["response_format"] = self._response_format(_object(schema))
-            if on_text and schema is None and self._streams:
-                extra |= {"stream": True, "stream_options": {"include_usage": True}}
             try:
-                return self.server.post("chat/completions", {**body, **extra}, on_text=on_text)
+                return self.server.post("chat/completions", {**body, **extra})
             except Refusal as refusal:
                 said = str(refusal)
-                if "stream" in extra and re.search(r"\bstream", said):
-                    self._streams = False
-                elif self._length_key == "max_tokens" and "max_completion_tokens" in said:
+                if self._length_key == "max_tokens" and "max_completion_tokens" in said:
                     self._length_key = "max_completion_tokens"
                 elif self._takes_json_schema and "response_format" in said:
                     self._takes_json_schema = False
