@@ -214,7 +214,8 @@ def main() -> None:
         if isinstance(stream, io.TextIOWrapper):
             stream.reconfigure(errors="replace")  # an ASCII terminal shows ? and goes on
     try:
-        app(args=[*map(_at_home, sys.argv[1:])])
+        sys.argv[1:] = map(_at_home, sys.argv[1:])
+        app()
         code: object = 0
     except KeyboardInterrupt:
         code = 130

@@ -358,7 +358,11 @@ def _folder() -> Path:
 def _records() -> dict[Path, _Record]:
     """All records that can be read, by their files."""
     found: dict[Path, _Record] = {}
-    for file in sorted(_folder().glob("*.json")):
+    try:
+        files = sorted(_folder().glob("*.json"))
+    except OSError:  # nobody may look there
+        return found
+    for file in files:
         with suppress(OSError, ValueError, LookupError, TypeError):
             row: Any = json.loads(file.read_text(encoding="utf-8"))
             parts: dict[str, Any] = {
