@@ -162,10 +162,15 @@ def measured_meanwhile(settings: Settings) -> Generator[None]:
         yield
         return
     nothing = subprocess.DEVNULL
-    with subprocess.Popen(
-        [sys.executable, "-c", _MEASURE, json.dumps(names)],
-        stdin=nothing, stdout=nothing, stderr=nothing, start_new_session=True,
-    ) as measuring:  # fmt: skip
+    try:
+        measuring = subprocess.Popen(
+            [sys.executable, "-c", _MEASURE, json.dumps(names)],
+            stdin=nothing, stdout=nothing, stderr=nothing, start_new_session=True,
+        )  # fmt: skip
+    except OSError:  # no room for another process
+        yield
+        return
+    with measuring:
         try:
             yield
         finally:
