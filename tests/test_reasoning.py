@@ -54,6 +54,12 @@ ASKED = [Message("user", "Name a goal.")]
         ),
         ("<|channel|>final<|message|>bake a cake", "bake a cake"),
         ("analysisThey bake.assistantfinalbake a cake", "bake a cake"),
+        ("analysis of cakes. They bake.assistantfinalbake a cake", "bake a cake"),
+        (
+            "Here is my thought process:\nThey bake.\n\nHere is my response:\nbake a cake",
+            "bake a cake",
+        ),
+        ("Fine. Here is my response: bake", "Fine. Here is my response: bake"),
         ("<|channel>thought\nThey bake.<channel|>bake a cake", "bake a cake"),
         (
             "<|open|>think<|sep|>They bake.<|close|>think<|sep|><|open|>response<|sep|>bake a cake",

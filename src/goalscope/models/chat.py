@@ -89,7 +89,7 @@ class ChatTemplate:
         known.update(strftime_now=_TODAY.strftime)
         try:
             self._template = environment.from_string(source)
-        except TemplateError as error:
+        except (TemplateError, SyntaxError, RecursionError) as error:
             raise ModelError(
                 f"Cannot read the model's chat template ({error}). Use another model."
             ) from None

@@ -29,7 +29,14 @@ _KINDS = {
         r"<\|channel\|>\s*(?:analysis|commentary)\b[^<]*<\|message\|>",
         r"<\|channel\|>\s*final\b[^<]*(?:<\|constrain\|>[^<]*)?<\|message\|>",
     ),
-    "plain": (r"\A\s*(?-i:analysis)(?=(?-i:[A-Z]))", r"assistant\s?final"),
+    "plain": (
+        r"\A\s*(?-i:analysis)(?:(?=(?-i:[A-Z]))|(?=[^<]{0,20000}?(?-i:assistant\s?final)))",
+        r"assistant\s?final",
+    ),
+    "granite": (
+        r"\A\s*Here(?: i|')s my thought process:",
+        r"Here(?: i|')s my response:",
+    ),
     "gemma": (r"<\|channel>thought\b\n?", r"<channel\|>"),
     "kimi": (r"<\|open\|>think<\|sep\|>", r"<\|close\|>think<\|sep\|>"),
     "answer": (
@@ -39,6 +46,9 @@ _KINDS = {
     ),
 }
 """How makers of models mark where a thought begins and ends, or where the answer begins."""
+
+_IN_PROSE = ("plain_end", "granite_end")
+"""Ends that are no mark where no thought began."""
 
 _MARK = re.compile(
     "|".join(
@@ -81,7 +91,7 @@ def answer_of(text: str, name: str, *, cut_off: bool = False, in_thought: bool =
 def begins_in_thought(text: str) -> bool:
     """Whether a reply ends a thought that it did not begin: its prompt did."""
     mark = _MARK.search(text)
-    return mark is not None and (mark.lastgroup or "") not in (*_KINDS, "plain_end", "answer_end")
+    return mark is not None and (mark.lastgroup or "") not in (*_KINDS, *_IN_PROSE, "answer_end")
 
 
 def only_reasoned(name: str) -> ModelError:
@@ -150,7 +160,7 @@ def _split(text: str) -> _Split:
                 before = text[start : mark.start()]
                 kept += [before] if before.strip() else []
                 inside, begun = kind, mark.start()
-        elif kind in (f"{inside}_end", "answer_end") or (not inside and kind != "plain_end"):
+        elif kind in (f"{inside}_end", "answer_end") or (not inside and kind not in _IN_PROSE):
             if not inside:  # the reply began within a thought
                 kept.clear()
             inside, thoughts, start = "", True, _after(text, mark.end())

@@ -11,6 +11,7 @@ from fastapi import APIRouter, Depends, HTTPException, Path, Query
 from fastapi.responses import FileResponse
 from pydantic import BaseModel, Field
 
+from goalscope.invisible import without_invisible
 from goalscope.store import Store
 from goalscope.study.plan import BEST
 from goalscope.study.store import Participant, Study, StudyStore
@@ -82,7 +83,8 @@ class ItemView(BaseModel):
 
 def _id(id: Annotated[str, Query(max_length=MAX_LENGTH)] = "") -> str:
     """The participant's id, from their link."""
-    if not id.strip():
+    id = without_invisible(id).strip()
+    if not id:
         raise InvalidInputError(
             "Your id is missing from the address. Please open the link that you were given."
         )
@@ -91,11 +93,13 @@ def _id(id: Annotated[str, Query(max_length=MAX_LENGTH)] = "") -> str:
             "The site that sent you here did not fill in your id. Please go back and open the link "
             "there again."
         )
-    return id.strip()
+    return id
 
 
 _PLACEHOLDER = re.compile(
-    r"[{}<>\[\]]|^\s*(?:(%+|_{2,}|\#+)\w+\1|undefined|null|none|nan|\w+_NOT_AVAILABLE)\s*$",
+    r"[{}<>\[\]]|^(?:(%+|_{2,}|\#+|@+)\w+\1|undefined|null|none|nan|\w+_NOT_AVAILABLE|\$\w+"
+    r"|(?:(?:your|prolific|participant|worker|assignment|subject|respondent)[\W_]*)+p?id[\W_]*"
+    r"(?:here)?)$",
     re.IGNORECASE,
 )
 """What sites leave in a link that they did not fill in: {{%PROLIFIC_PID%}}, %ID%, undefined."""

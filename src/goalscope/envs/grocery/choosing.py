@@ -279,6 +279,9 @@ class Choice:
         yield self._search.translated(self._search.pruned(translated))
         mended = self._search.translated(self._search.mended(phrase))
         yield self._search.translated(self._search.pruned(mended))
+        _, of, rest = phrase.partition(" of ")  # what a bottle holds
+        if of:
+            yield from self._nearly(rest)
 
     def _usual_kind(self, phrase: str, diets: Collection[str], among: Sequence[Item]) -> list[Item]:
         """What people mean by a bare word, as far as it is `among` these; what fits diets first."""

@@ -377,10 +377,13 @@ class GroceryShop(Environment):
         return Resolution(tuple(self._out(against)), _sentences(said))
 
     def _held(self, phrase: str, pick: Pick) -> list[Item]:
-        """What of the basket a phrase means."""
+        """What of the basket a phrase means; nothing like it, if the shop has the very thing."""
         items = [item for item, _ in self._contents()]
         if found := self._choice.held(phrase, items):
             return found
+        other = self._choice.meant(phrase, Bounds())
+        if other and names(other.name, phrase):
+            return []
         return [item for item in items if item.name == pick(phrase, [each.name for each in items])]
 
     def _out(self, contents: Iterable[tuple[Item, int]]) -> Iterator[Action]:
