@@ -333,5 +333,11 @@ def test_the_home_folder_is_found_without_a_shell(tmp_path, monkeypatch):
     with Store.open("~/goals.db") as store:
         store.begin(**EPISODE)
     assert (tmp_path / "goals.db").is_file()
-    with pytest.raises(GoalscopeError, match="no home folder"):
-        Store.open("~nobody-of-this-name/goals.db")
+    monkeypatch.chdir(tmp_path)
+    for name in ("$HOME/more.db", "'~/more.db'", '"${HOME}/more.db"'):
+        Store.open(name).close()
+        (tmp_path / "more.db").unlink()
+    for name in ("~nobody-of-this-name/goals.db", "$NOBODY_SET_THIS/goals.db"):
+        with pytest.raises(GoalscopeError, match="no home folder"):
+            Store.open(name)
+    assert not [each for each in tmp_path.iterdir() if each.is_dir()]

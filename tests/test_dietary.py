@@ -446,3 +446,32 @@ def test_a_purchase_that_fails_does_not_end_the_task() -> None:
     failed = agent.step(asked.question, "yes")
     assert not failed.terminated
     assert "Not done: buy basket. The till is closed." in failed.notes
+
+
+@pytest.mark.parametrize(
+    "label",
+    [
+        "not dairy-free", "vegan: false", "vegan=no", "vegan: n", "vegan?", "maybe vegan",
+        "vegan 0", "vegan option", "Vegan \u2717", "vegan recipe changed - now contains milk", "soon vegan",
+        "nearly dairy-free", "dairy-free: unknown", "lactose-free \u274c", "Not 100 % vegan",
+    ],
+)  # fmt: skip
+def test_a_label_that_says_more_than_a_name_claims_nothing(label: str) -> None:
+    fits = read_label(label).fits
+    assert not fits & {"vegan", "dairy-free", "lactose-free"}
+
+
+@pytest.mark.parametrize(
+    "label",
+    ["100% vegan", "Vegan \u2713", "vegan=true", "suitable for vegans", "vegan gluten-free"],
+)
+def test_a_label_with_a_name_alone_claims_it(label: str) -> None:
+    assert "vegan" in read_label(label).fits
+
+
+@pytest.mark.parametrize("label", ["-", "\u2014", "*", "\U0001f95b", "n/a", "?"])
+def test_a_label_without_words_is_none(label: str) -> None:
+    items = [Item(1, "Lamb Stew"), Item(2, "Bean Stew", tags=frozenset({label}))]
+    standing = standing_after("avoid milk | why allergy")
+    found = GroceryShop(Catalogue(items)).resolve(Order("add", "lamb stew"), standing, PICK)
+    assert [action.target for action in found.actions] == ["Lamb Stew"]

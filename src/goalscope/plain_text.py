@@ -31,8 +31,14 @@ _CHARACTERS = str.maketrans(
 _STYLED = re.compile("[\uff01-\uff5e\ufb00-\ufb06\U0001d400-\U0001d7ff]+")
 """Letters of full width, in ligatures, and in mathematical type, which sites offer as bold."""
 
-_VARIANT = re.compile("\u034f|(?<=\\w)[\u180b-\u180f\ufe00-\ufe0f]")
-"""Marks that choose how a letter looks; emoji keep theirs."""
+_VARIANT = re.compile("[\u034f\u0305\u0331-\u0338]|(?<=\\w)[\u180b-\u180f\ufe00-\ufe0f]")
+"""Marks that choose how a letter looks, such as lines under it; emoji keep theirs."""
+
+_MISREAD = re.compile("\u00e2\u20ac[^\\s]|[\u00c2\u00c3][\u0080-\u00bf]")
+"""UTF-8 that a program took for Windows-1252: the apostrophe that became three characters."""
+
+_ESCAPE = re.compile(r"\\u([0-9a-fA-F]{4})|\\(['\"])|\x1b\[[0-?]*[ -/]*[@-~]")
+"""Characters as programs escape them in texts of theirs, and the styles of a terminal."""
 
 _ENTITY = re.compile(r"&(?:#\d{1,7}|#x[0-9a-f]{1,6}|[a-z]{2,31});", re.IGNORECASE)
 _TAG = re.compile(r"</?(?:b|i|u|s|em|strong|del|ins|mark|small|code|span)>", re.IGNORECASE)
@@ -53,17 +59,29 @@ def plain(text: str) -> str:
     entities, marks of emphasis in HTML and Markdown, and invisible characters (see
     `without_invisible`) go; "don t" is "don't". What a person typed is shown and stored as it is.
     """
+    if "\\" in text or "\x1b" in text:
+        text = _ESCAPE.sub(
+            lambda found: chr(int(found[1], 16)) if found[1] else found[2] or "", text
+        )
     for _ in range(2):  # programs escape twice
         if "&" in text:
             text = _ENTITY.sub(lambda entity: html.unescape(entity[0]), text)
     if "<" in text:
         text = _TAG.sub("", text)
     if not text.isascii() or "`" in text:
+        text = _MISREAD.sub(_reread, text)
         text = _STYLED.sub(lambda styled: unicodedata.normalize("NFKC", styled[0]), text)
         text = _VARIANT.sub("", text.translate(_CHARACTERS))
         text = _spaced(without_invisible(text, kinds=FORMAT))
         text = unicodedata.normalize("NFC", text)
     return _SPLIT.sub(r"\1't", _EMPHASIS.sub(r"\2", text))
+
+
+def _reread(found: re.Match[str]) -> str:
+    try:
+        return found[0].encode("cp1252" if "\u20ac" in found[0] else "latin-1").decode()
+    except UnicodeError:
+        return found[0]
 
 
 def _spaced(text: str) -> str:

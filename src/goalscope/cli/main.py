@@ -196,7 +196,8 @@ def _at_home(word: str) -> str:
     A shell has put it there; a program that starts this one, from JSON, say, has not.
     """
     option, sign, path = word.partition("=") if word.startswith("--") else ("", "", word)
-    return f"{option}{sign}{os.path.expanduser(path)}" if path.startswith("~") else word
+    found = os.path.expanduser(path) if path.startswith("~") else path
+    return word if found.startswith(str(NOWHERE)) else f"{option}{sign}{found}"
 
 
 def main() -> None:

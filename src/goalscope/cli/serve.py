@@ -17,7 +17,7 @@ from goalscope.cli.options import (
     expand_options,
 )
 from goalscope.cli.terminal import console, measured_meanwhile, settings_model
-from goalscope.places import user_data
+from goalscope.places import NOWHERE, user_data
 from goalscope.types import GoalscopeError, InvalidInputError
 
 if TYPE_CHECKING:
@@ -41,6 +41,8 @@ def kept_key() -> tuple[str, Path]:
     import tempfile
 
     file = user_data() / "serve.key"
+    if NOWHERE in file.parents:
+        raise GoalscopeError("There is no home folder to keep the host key in. Set GOALSCOPE_KEY.")
     remedy = f"Delete {file} for a new one, or set GOALSCOPE_KEY."
     try:
         if not file.exists():

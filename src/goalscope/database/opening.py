@@ -113,17 +113,21 @@ def opened(place: str | Path) -> tuple[str, Engine]:
 
 
 def _at_home(file: Path) -> Path:
-    """The file; `~` is the home folder, also where no shell has replaced it.
+    """The file; `~` is the home folder, and `$NAME` a variable, also where no shell has read it.
 
     Raises:
-        GoalscopeError: There is no such home.
+        GoalscopeError: There is no such home or variable.
     """
     try:
-        return file.expanduser()
+        found = Path(os.path.expandvars(str(file).strip("\"'"))).expanduser()
     except RuntimeError:
+        found = NOWHERE / file
+    if (found != file and NOWHERE in found.parents) or re.search(r"\$[\w{]", str(found)):
         raise GoalscopeError(
-            f"There is no home folder for {file}. Name the file by its whole path with --store."
-        ) from None
+            f"There is no home folder, or no such variable, for {file}. Name the file by its whole "
+            "path with --store."
+        )
+    return found
 
 
 def opened_in_memory(copied: Path | None = None) -> tuple[str, Engine]:

@@ -362,7 +362,7 @@ def _labelled(phrase: str, tags: Iterable[str]) -> tuple[str, str]:
     said = words(phrase)
     for tag in tags:
         size = len(words(tag))
-        if said[:size] == words(tag) and not _is_vague(" ".join(said[size:])):
+        if size and said[:size] == words(tag) and not _is_vague(" ".join(said[size:])):
             return tag, " ".join(said[size:])
     return "", phrase
 

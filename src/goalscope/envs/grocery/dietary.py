@@ -57,7 +57,7 @@ _NAMED = 5
 
 def labelled(item: Item) -> frozenset[str]:
     """The restrictions of `DIETS` that the labels of an item or its name claim."""
-    return _claims(item).fits | read_label(item.name).fits
+    return _claims(item).fits | read_label(item.name, is_name=True).fits
 
 
 def labelled_in(catalogue: Catalogue) -> frozenset[str]:

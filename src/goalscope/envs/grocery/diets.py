@@ -29,6 +29,8 @@ __all__ = [
 _LETTERS = str.maketrans({"ß": "ss", "æ": "ae", "œ": "oe", "ø": "o", "ł": "l", "đ": "d"})
 _FREE = re.compile(r"(?<=\w{3})(?:free|frei)\b", re.IGNORECASE)
 _BETWEEN = re.compile(r"[,;|]")
+_CROSS = re.compile("[\u00d7\u2715-\u2718\u274c\u274e\U0001f6ab]")
+"""Marks that deny what stands beside them."""
 _MEASURE = re.compile(
     r"\d.*|x|g|kg|mg|lb|oz|fl|ml|cl|l|ltr|litre|liter|gram|ct|count|pk|pc|piece|each"
 )
@@ -131,6 +133,8 @@ _NOT, _PRESENT, _FILL = (
     frozenset(folded(_TABLES["labels"][key])) for key in ("lacking", "holding", "mere")
 )
 _LACKING = _NOT | {"free"}
+_APART = _TABLES["labels"]["apart"]
+_OFFERS = frozenset({"option"})  # which is to be had, perhaps of another item
 _SMALL = _LACKING | _PRESENT | _FILL
 _ABSENT = ",".join(diet.absent for diet in DIETS.values() if diet.absent)
 
@@ -151,15 +155,20 @@ def is_plain(name: str, known: str = "") -> bool:
 
 
 @lru_cache(maxsize=16384)
-def read_label(text: str) -> Claims:
-    """What a label such as "GF", "contains: milk, soy", "no nuts" or "non-veg" says."""
+def read_label(text: str, *, is_name: bool = False) -> Claims:
+    """What a label such as "GF", "contains: milk, soy", "no nuts" or "non-veg" says.
+
+    A label claims that an item fits only if it says nothing else: "vegan recipe" and "vegan?" claim
+    nothing. A name, such as "Vegan Butter", has other words.
+    """
     claims = Claims()
     leading = frozenset[str]()
-    for part in _BETWEEN.split(text):
+    for part in _BETWEEN.split(_CROSS.sub(" no ", text)):
         said = folded(part)
         polarity = (_LACKING | _PRESENT).intersection(said)
         leading = polarity.intersection(said[:1]) or leading
-        claims |= _read([*(() if polarity else leading), *said])
+        said = [*(() if polarity else leading), *said]
+        claims |= _read(said, is_sure="?" not in part, is_name=is_name)
     return Claims(claims.fits, _with_stricter(claims.violates), _with_stricter(claims.hints))
 
 
@@ -184,15 +193,22 @@ def implying(restriction: str) -> list[str]:
     return [name.strip() for name in DIETS[restriction].implied.split(",") if name.strip()]
 
 
+_NAMES = ",".join(_names_of(name, diet) for name, diet in DIETS.items())
+
+
 def _with_stricter(names: frozenset[str]) -> frozenset[str]:
     """What an item violates that violates these: not dairy-free, hence not vegan."""
     return names.union(*map(implying, names))
 
 
-def _read(said: Sequence[str]) -> Claims:
+def _read(said: Sequence[str], *, is_sure: bool, is_name: bool) -> Claims:
     """What one part of a label says."""
-    text = " ".join(said)
+    text = finder(_APART).sub("", " ".join(said)).strip()
+    rest = finder(f"{_NAMES}, {_ABSENT}").sub(" ", text).split()
+    others = [word for word in rest if word not in _FILL | {"free"} or word in _OFFERS]
+    is_alone = is_name or (is_sure and all(word.isdigit() for word in others))
     bare = " ".join(word for word in said if word not in _SMALL and not word.isdigit())
+    is_twice = "free" in said and not _NOT.isdisjoint(said)
     is_absent = bool(_LACKING.intersection(said)) and not finder(_ABSENT).sub("", bare).strip()
     claimed: dict[str, set[str]] = {"fits": set(), "violates": set(), "hints": set()}
     for name, diet in DIETS.items():
@@ -200,11 +216,12 @@ def _read(said: Sequence[str]) -> Claims:
         saved = finder(diet.saving).sub("|", text)
         if own := finder(_names_of(name, diet)).search(saved):
             before = [word for word in saved[: own.start()].split() if word not in _FILL]
-            if _NOT.intersection(before[-1:]):
+            after = [word for word in saved[own.end() :].split() if word not in _FILL]
+            if _NOT.intersection(before[-1:]) or (not is_name and _NOT.intersection(after[:1])):
                 claimed["violates"].add(name)
-            elif not _PRESENT.intersection(before):
+            elif is_alone and not _PRESENT.intersection(before):
                 claimed["fits"].add(name)
-        elif is_absent:
+        elif is_absent and not is_twice and is_sure:
             claimed["fits"].update([name] if finder(diet.absent).search(bare) else [])
         elif _LACKING.intersection(said):
             continue
