@@ -452,7 +452,8 @@ def test_a_purchase_that_fails_does_not_end_the_task() -> None:
     "label",
     [
         "not dairy-free", "vegan: false", "vegan=no", "vegan: n", "vegan?", "maybe vegan",
-        "vegan 0", "vegan option", "Vegan \u2717", "vegan recipe changed - now contains milk", "soon vegan",
+        "vegan 0", "vegan option", "Vegan \u2717", "soon vegan",
+        "vegan recipe changed - now contains milk",
         "nearly dairy-free", "dairy-free: unknown", "lactose-free \u274c", "Not 100 % vegan",
     ],
 )  # fmt: skip
