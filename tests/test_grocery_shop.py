@@ -13,6 +13,7 @@ from hypothesis import strategies as st
 
 from goalscope.envs.check import check_env
 from goalscope.envs.grocery import Catalogue, GroceryShop, Item, load_profiles
+from goalscope.envs.grocery.choosing import packages
 from goalscope.envs.grocery.search import Search
 from goalscope.orders import Order
 from goalscope.standing import Standing
@@ -274,6 +275,7 @@ def test_orders_come_to_the_things_that_they_name(said: list[str], basket: dict[
         ("add avocados | 3", '2 x Avocados (2 ct) is more than the "3" that you asked for.'),
         ("add cola | 1 can", '1 x Cola (6 ct) is more than the "can" that you asked for.'),
         ("add flour | 1.5 kg", 'more than the "1.5 kg"'),
+        ("add flour | 1 g", '1 x All-Purpose Wheat Flour (1 kg) is more than the "g"'),
         ("add cucumber | 2 kg", 'cannot tell how many Cucumber are "2 kg", so I take 1.'),
         ("buy", "There is nothing to buy: the basket is empty."),
         ("clear", "The basket is empty."),
@@ -293,6 +295,16 @@ def test_what_cannot_be_done_is_told_in_a_sentence(said: str, told: str) -> None
 )
 def test_what_is_as_it_was_ordered_needs_no_words(said: str) -> None:
     assert follow(shop(), said) == []
+
+
+@pytest.mark.parametrize(
+    ("unit", "said", "number"),
+    [("1.000 g", "1 kg", 1), ("1,5 L", "3 l", 2), ("1/2 kg", "1 kg", 2), ("1.500 ml", "3 l", 2)],
+)
+def test_sizes_are_read_as_they_are_written(unit: str, said: str, number: int) -> None:
+    quantity, measure = said.split()
+    order = Order("add", quantity=float(quantity), unit=measure)
+    assert packages(order, Item(1, "Tea", "", unit)) == (number, "")
 
 
 def test_a_budget_in_another_currency_limits_nothing() -> None:

@@ -117,6 +117,9 @@ _APART = r"\d{1,3}(?: \d{3})+(?:[.,]\d{1,2})?(?![\d.,']?\d)"
 _CENTS = r"(?:cents?|pence|p|c)(?!\w)"
 _END = r"(?<=\d\d)(?=\s*(?:[.,;!?)]|$))"
 
+_SMALL = r"(?:[gG]|gr|gms?|[Gg]ram(?:me)?s?|m[lL]|ML|[Mm]illilit(?:re|er)s?)"
+"""Units of which nobody wants a thousandth: before them, three digits after a mark are none."""
+
 _SUM = re.compile(
     rf"(?:(?P<before>{_MARK}) ?|(?<![\w.,'/]))(?P<digits>{_APART}|{_DIGITS})"
     rf"(?P<times>[kKmM](?!\w))?"
@@ -124,7 +127,9 @@ _SUM = re.compile(
     rf"(?P<rest>(?: and)? (?P<cents>\d{{1,2}})(?: ?{_CENTS}|(?(named){_END}|(?!))))?"
     r"(?P<beside>(?(named) \d\d(?![\d.,']?\d|\w))|)"
 )
-_MARKED = re.compile(rf"(?<![\w.,'/])(?=\d*[.,']){_DIGITS}(?![\d/])")
+_MARKED = re.compile(
+    rf"(?<![\w.,'/])(?=\d*[.,'])({_DIGITS})(?![\d/])(?P<small>[ -]?{_SMALL}(?!\w))?"
+)
 _FRACTION = re.compile(
     r"(?<![\w.,/])(?:(\d+)(?: (?=\d+/)| ?(?=[\u00bc-\u00be\u2150-\u215e])))?"
     r"(?:(\d)/(\d{1,2})|([\u00bc-\u00be\u2150-\u215e]))(?![\d/]|th|rd|nd)"
@@ -212,6 +217,10 @@ def figures(text: str) -> tuple[str, dict[str, str]]:
         typed = put(found["digits"] + (found["times"] or ""), value)
         return f"{head}{typed}{found['after'] or ''}{found['beside']}"
 
+    def number(found: re.Match[str]) -> str:
+        is_small = found["small"] and "." in found[1]
+        return put(found[1], _value(found[1], "," if is_small else ".")) + (found["small"] or "")
+
     def fraction(found: re.Match[str]) -> str:
         over, under = int(found[2] or 0), int(found[3] or 1)
         if found[2] and not (0 < over < under and under in _PARTS):
@@ -220,7 +229,7 @@ def figures(text: str) -> tuple[str, dict[str, str]]:
         return put(found[0], int(found[1] or 0) + Decimal(part))
 
     text = _SUM.sub(money, text)
-    text = _MARKED.sub(lambda found: put(found[0], _value(found[0], ".")), text)
+    text = _MARKED.sub(number, text)
     return _FRACTION.sub(fraction, text), written
 
 

@@ -8,12 +8,13 @@ from collections.abc import Collection, Iterable, Mapping, Sequence
 from functools import cached_property
 from typing import Literal, NotRequired, TypedDict
 
-from goalscope.amounts import is_currency, word_value
+from goalscope.amounts import figures, is_currency, word_value
 from goalscope.envs.grocery.catalogue import Catalogue, Item
 from goalscope.envs.grocery.dietary import Bounds, bounds_of, labelled, labelled_in
 from goalscope.envs.grocery.diets import DIETS, finder
 from goalscope.envs.grocery.search import WORDS, Search
 from goalscope.orders import Order
+from goalscope.plain_text import plain
 from goalscope.standing import Standing
 from goalscope.words import contains, head_nouns, names, singular, singulars, words
 
@@ -386,7 +387,7 @@ def packages(order: Order, item: Item) -> tuple[int, str]:
         is what was ordered. No units come to a sum of money.
     """
     number, counted = _counted(order)
-    unit, one, slack = item.unit.lower(), 1.0, 0.0
+    unit, one, slack = figures(plain(item.unit))[0].lower(), 1.0, 0.0
     ordered = f"{order.quantity or 1:g} {order.unit}".strip().removeprefix("1 ")
     if counted == "money":
         return 0, f'I cannot tell how much {item.name} is "{ordered}". Please say how many.'
@@ -399,7 +400,7 @@ def packages(order: Order, item: Item) -> tuple[int, str]:
         one = float(next(filter(None, found.groups())))
     elif counted == "dozens" and not unit:
         one = 12.0
-    units = max(math.ceil(number / one - slack) if one else 1, order.quantity != 0)
+    units = max(math.ceil(number / one - slack) if one else 1, int(order.quantity != 0))
     name = f"{item.name} ({item.unit})" if unit not in ("", "each") else item.name
     if not one:
         return units, f'I cannot tell how many {name} are "{ordered}", so I take {units}.'
