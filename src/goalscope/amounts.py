@@ -143,6 +143,7 @@ _PRICE = re.compile(
 )
 _THEN = re.compile(rf"[ -]{_NOUN}(?: and)? ([^\W\d_]+)")
 _PENNIES = re.compile(f" {_CENTS}")
+_DOZEN = re.compile(r"(?<![^\W\d_])(?:doz|dz)\b\.?", re.IGNORECASE)
 _TIMES = re.compile(r"(?<![\w.,'/])([0-9]+(?:\.[0-9]+)?)[ -]$")
 _WORD = re.compile(r"(?<![^\W\d_])[A-Za-z]+(?!\w)")
 
@@ -207,7 +208,7 @@ def figures(text: str) -> tuple[str, dict[str, str]]:
         written[new] = old
         return new
 
-    text = _spelled_out(_plain_digits(text), put)
+    text = _spelled_out(_DOZEN.sub("dozen", _plain_digits(text)), put)
 
     def money(found: re.Match[str]) -> str:
         value = _amount(found)

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 import re
 from collections.abc import Collection, Iterable, Mapping, Sequence
+from dataclasses import replace
 from functools import cached_property
 from typing import Literal, NotRequired, TypedDict
 
@@ -18,7 +19,7 @@ from goalscope.plain_text import plain
 from goalscope.standing import Standing
 from goalscope.words import contains, head_nouns, names, singular, singulars, words
 
-__all__ = ["MOST", "Choice", "packages"]
+__all__ = ["MOST", "Choice", "packages", "without_percentage"]
 
 MOST = 99
 """Units of one item that a basket holds at most."""
@@ -92,6 +93,8 @@ _THIRTEEN = re.compile(r"\bbaker'?s? (?:dozen|doz|dz)\b")
 _SIZE = re.compile(
     rf"(?:(\d+)\s*x\s*)?(\d+(?:\.\d+)?)\s*({'|'.join([*_GRAMS, *_MILLILITRES])})s?\b"
 )
+_PERCENT = r"(?:%|per ?cent|pct\.?)(?!\w)"
+_PERCENTAGE = re.compile(rf"(?<![\w.])(\d+(?:\.\d+)?|[a-z]+)[ -]?{_PERCENT}", re.IGNORECASE)
 _HOLDS = re.compile(
     r"(\d+)(?:\s*x\s*\d|[\s-]*(?:ct|count|pack|pk|pcs|pieces)\b)|(?:pack|box|bag) of (\d+)"
     r"|.*, about (\d+)$"
@@ -395,6 +398,20 @@ def _labelled(phrase: str, tags: Iterable[str]) -> tuple[str, str]:
 def _is_a(item: Item, phrase: str) -> bool:
     """Whether the item's name has every word of the phrase."""
     return contains(singulars(item.name), singulars(phrase))
+
+
+def without_percentage(order: Order) -> Order:
+    """An order whose percentage is part of a name, and no quantity: 2% milk, 70% chocolate."""
+    what, for_ = (_PERCENTAGE.sub(_percentage, each) for each in (order.what, order.for_))
+    if re.match(_PERCENT, order.unit, re.IGNORECASE):
+        what = f"{order.quantity:g}% {what}"
+        return replace(order, what=what, for_=for_, quantity=None, unit="")
+    return replace(order, what=what, for_=for_)
+
+
+def _percentage(found: re.Match[str]) -> str:
+    number = found[1] if found[1][0].isdigit() else word_value(found[1])
+    return found[0] if number is None else f"{number}%"
 
 
 def packages(order: Order, item: Item) -> tuple[int, str]:
