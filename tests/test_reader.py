@@ -108,6 +108,17 @@ def test_none_stands_alone():
         ("a box of 24 eggs", "add eggs | 1 box", "add eggs | 1 box of 24"),
         ("a box of 24 eggs", "add 24 eggs | 1 box", "add eggs | 1 box of 24"),
         ("24 eggs and a box of tea", "add tea | 1 box", "add tea | 1 box"),
+        ("12 milk x 2", "add milk | 12", "add milk | 24"),
+        ("12 milk × 2, 3 tea", "add milk | 2\nadd tea | 3", "add milk | 24\nadd tea | 3"),
+        ("Twelve Milk times two", "add milk | 12", "add milk | 24"),
+        ("milk 12 x 2", "add milk | 12", "add milk | 24"),
+        ("2 x 12 milk", "add milk | 2", "add milk | 24"),
+        ("500 g of milk x2", "add milk | 500 g", "add milk | 1000 g"),
+        ("a dozen milk x 2", "add milk | 1 dozen", "add milk | 2 dozen"),
+        ("milk x 2", "add milk | 2", "add milk | 2"),
+        ("3 tea and milk x 2", "add tea | 3\nadd milk | 2", "add tea | 3\nadd milk | 2"),
+        ("milk 2 x 500 g", "add milk | 2 x 500 g", "add milk | 2 x 500 g"),
+        ("12 x 2", "add x | 12", "add x | 12"),
     ],
 )
 def test_amounts_of_a_reading_are_those_that_were_said(message, written, read):
@@ -124,6 +135,11 @@ def test_amounts_of_a_reading_are_those_that_were_said(message, written, read):
         ("double the milk", "add milk | 24", False),
         ("a dozen and a half milk", "add milk | 1.5", False),
         ("as many as I said", "add many | 40", True),
+        ("4 large milk x 2", "add milk | 4", False),
+        ("12 of the milk times 2", "add milk | 12", False),
+        ("two six-packs of milk x 2", "add milk | 2", False),
+        ("13 milk x 2", "add milk | 26", True),
+        ("3 milk and eggs x 2", "add milk | 3", True),
     ],
 )
 @pytest.mark.parametrize("takes_grammar", [True, False])
