@@ -57,6 +57,8 @@ def reader() -> Iterator[Reader]:
         ("ninety-nine pounds ninety-nine.", "99.99 pounds."),
         ("thirty-two dollars and ten cents tops", "32.1 dollars tops"),
         ("$12 and 5 cents", "$12.05"),
+        ("Fr. 30.- or 30.\u2013 or 60,- euro or 60,--", "Fr. 30 or 30 or 60 euro or 60"),
+        ("CHF 1'250.\u2014, 1.295,- kr, Rs. 500/-", "CHF 1250, 1295 kr, Rs. 500"),
         ("٣٠ eggs", "30 eggs"),
     ],
 )
@@ -71,6 +73,7 @@ def test_amounts_are_read_in_plain_figures(typed: str, read: str) -> None:
         "a hundred eggs, a few hundred, hundreds and thousands, a thousand island dressing",
         "twelve fifty, six thirty, nineteen ninety nine",
         "1.250 kg, v1.2, 1.2.3, items 1,2,3, 24/7, 50/50, 1/64th, the party on 5/11",
+        "5.-6. May, the 2.-floor, 3/-x",
         "2 500 g bags, A4, a 4k tv, 12 dollars, 50 eggs, 12 pounds 50 eggs, $12.50, $ 30, ₹500",
     ],
 )
@@ -152,6 +155,8 @@ def test_currencies_are_one_by_any_name(said: str, shop: str, *, same: bool) -> 
         ("my budget is 2k", "budget | 2000"),
         ("my budget is $ 30", "budget | 30 $"),
         ("my budget is ₹500", "budget | 500 ₹"),
+        ("my budget is 1.250,- euro", "budget | 1250 euro"),
+        ("my budget is CHF 30.\u2013", "budget | 30 CHF"),
         ("my budget is 30 CHF", "budget | 30 CHF"),
         ("no more than twelve pounds fifty", "budget | 12.5 pound"),
         ("no more than twelve pounds fifty please", "budget | 12.5 pound"),

@@ -109,7 +109,7 @@ def test_none_stands_alone():
         ("a box of 24 eggs", "add 24 eggs | 1 box", "add eggs | 1 box of 24"),
         ("24 eggs and a box of tea", "add tea | 1 box", "add tea | 1 box"),
         ("12 milk x 2", "add milk | 12", "add milk | 24"),
-        ("12 milk × 2, 3 tea", "add milk | 2\nadd tea | 3", "add milk | 24\nadd tea | 3"),
+        ("12 milk \u00d7 2, 3 tea", "add milk | 2\nadd tea | 3", "add milk | 24\nadd tea | 3"),
         ("Twelve Milk times two", "add milk | 12", "add milk | 24"),
         ("milk 12 x 2", "add milk | 12", "add milk | 24"),
         ("2 x 12 milk", "add milk | 2", "add milk | 24"),

@@ -143,6 +143,11 @@ _PRICE = re.compile(
 )
 _THEN = re.compile(rf"[ -]{_NOUN}(?: and)? ([^\W\d_]+)")
 _PENNIES = re.compile(f" {_CENTS}")
+_DASHED = re.compile(
+    rf"(?<![\w.,'/])({_APART}|{_DIGITS})(?:([.,])[-\u2013-\u2015]{{1,2}}|/-)(?![\w-])"
+)
+"""Sums with a dash for no cents: 30.- or 1.295,- or 30/-."""
+
 _DOZEN = re.compile(r"(?<![^\W\d_])(?:doz|dz)\b\.?", re.IGNORECASE)
 _TIMES = re.compile(r"(?<![\w.,'/])([0-9]+(?:\.[0-9]+)?)[ -]$")
 _WORD = re.compile(r"(?<![^\W\d_])[A-Za-z]+(?!\w)")
@@ -208,7 +213,11 @@ def figures(text: str) -> tuple[str, dict[str, str]]:
         written[new] = old
         return new
 
-    text = _spelled_out(_DOZEN.sub("dozen", _plain_digits(text)), put)
+    def dashed(found: re.Match[str]) -> str:
+        return put(found[0], _dashed(found))
+
+    text = _DASHED.sub(dashed, _plain_digits(text))
+    text = _spelled_out(_DOZEN.sub("dozen", text), put)
 
     def money(found: re.Match[str]) -> str:
         value = _amount(found)
@@ -302,6 +311,11 @@ def word_value(word: str) -> int | None:
 
 def _parsed(words: str) -> int | None:
     return cast("int | None", number_parser.parse_number(words.casefold(), "en"))  # pyright: ignore
+
+
+def _dashed(found: re.Match[str]) -> Decimal | None:
+    """The amount of a sum with a dash for its cents."""
+    return _value(f"{found[1]}{found[2]}00" if found[2] else found[1], ".")
 
 
 def _plain_digits(text: str) -> str:

@@ -60,7 +60,7 @@ _PHRASES = ("what", "for", "where", "if")
 _UNWRITTEN = frozenset({"Cc", "Cn", "Co", "Cs"})  # Unicode categories that no word holds
 _NAMING = ("avoid", "only")  # acts that need a thing
 _PACKS = ("pack", "pk")  # units that a number may belong to: a 6-pack
-_TIMES = r"(?:[x×*]|times)"
+_TIMES = r"(?:[x\u00d7*]|times)"
 _UP_TO = 12  # numbers that other words stand for: both, a few, half a dozen
 _SUREST = 99.0  # nats, where a model reports none
 
