@@ -58,6 +58,7 @@ def reader() -> Iterator[Reader]:
         ("thirty-two dollars and ten cents tops", "32.1 dollars tops"),
         ("$12 and 5 cents", "$12.05"),
         ("Fr. 30.- or 30.\u2013 or 60,- euro or 60,--", "Fr. 30 or 30 or 60 euro or 60"),
+        ("Fr.30.- or 60,-kr or $5.-", "Fr.30 or 60kr or $5"),
         ("CHF 1'250.\u2014, 1.295,- kr, Rs. 500/-", "CHF 1250, 1295 kr, Rs. 500"),
         ("٣٠ eggs", "30 eggs"),
     ],
