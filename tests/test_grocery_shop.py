@@ -242,6 +242,11 @@ def test_kinds_lead_to_items_and_the_nearest_fit_the_goal() -> None:
         (["add milk | 2 percent"], {"2% Reduced-Fat Milk": 1}),
         (["add milk | 2 %", "add milk | 2 %"], {"2% Reduced-Fat Milk": 1}),
         (["add two-percent milk; add 2 per cent milk | 2"], {"2% Reduced-Fat Milk": 3}),
+        (
+            ["add 2 cartons of 2% milk; add one bottle of two percent milk"],
+            {"2% Reduced-Fat Milk": 3},
+        ),
+        (["add 2 litres of organic 2% milk"], {"Organic 2% Reduced-Fat Milk": 2}),
         (["add dark chocolate | 70 %"], {"70% Dark Chocolate Bar": 1}),
         (["add 2% milk | 3", "remove milk | 2 percent"], {}),
         (["add milk", "swap milk | for two percent milk"], {"2% Reduced-Fat Milk": 1}),

@@ -76,7 +76,7 @@ GHS: ₵ GH₵: cedi
 Of several with the same mark, the first one is meant by the mark alone.
 """
 
-_UNDIVIDED = frozenset({"CLP", "IDR", "ISK", "JPY", "KRW", "VND"})
+_UNDIVIDED = frozenset({"CLP", "COP", "HUF", "IDR", "ISK", "JPY", "KRW", "VND"})
 """Currencies that nobody writes with decimals."""
 
 _IN_THOUSANDTHS = frozenset({"BHD", "IQD", "JOD", "KWD", "LYD", "OMR", "TND"})
@@ -105,7 +105,8 @@ for _line in _CURRENCIES.strip().splitlines():
     _code, _listed, _named = _line.split(":")
     _lower = {_code.lower()} - {"try"}  # the word is no lira
     _marks |= {_code, *_lower, *_listed.split()}
-    _marks |= {_mark.capitalize() for _mark in _listed.split() if _mark.islower()}
+    _small = {_mark for _mark in _listed.split() if _mark.islower()}
+    _marks |= {*map(str.capitalize, _small), *map(str.upper, _small)}
     _nouns |= {*_named.strip().split(", ")}
     for _name in (_code, *_listed.split(), *_named.strip().split(", ")):
         _codes.setdefault(_name.casefold(), []).append(_code)
@@ -316,7 +317,8 @@ def decimal_mark(cells: Iterable[str]) -> str:
 
     The comma of "2,49" tells it, and so do the points of "1.234.567". Of 1,299 alone, the comma is
     taken for one between thousands, and so is the point where several prices are like 1.299. It is
-    not known where the cells contradict: one of 1.500 and 1,500 must have decimals.
+    not known where the cells contradict: one of 1.500 and 1,500 must have decimals, and 1,500 may
+    be either number beside 12.345,60.
     """
     decimals, thousands, unclear = set[str](), set[str](), set[str]()
     several = set[str]()
@@ -326,8 +328,11 @@ def decimal_mark(cells: Iterable[str]) -> str:
                 unclear.add(parted[2])
                 several.add(match[0])
             else:
-                (thousands if parted[2] in parted[1] else decimals).add(parted[2])
-    if len(unclear) == 2 or decimals & thousands or len(decimals) == 2 or len(thousands) == 2:
+                thousands |= {*parted[1]} & {".", ","}
+                decimals |= {parted[2]} - {*parted[1]}
+    if max(map(len, (unclear, decimals, thousands))) == 2 or decimals & thousands:
+        return ""
+    if thousands and decimals & unclear:
         return ""
     if decimals:
         return decimals.pop()

@@ -259,7 +259,7 @@ def _prices(rows: Iterable[list[str]], where: Mapping[str, int]) -> _Prices:
     mark = decimal_mark(cells.values())
     read = {paid: _price(cell, mark, paid[1]) for paid, cell in cells.items()}
     stated = {
-        paid: money.currency if money and money.currency else _clean(paid[1])
+        paid: money.currency if money and money.currency else printed(_clean(paid[1]))
         for paid, money in read.items()
     }
     said = Counter[str]()

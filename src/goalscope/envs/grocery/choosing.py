@@ -95,6 +95,7 @@ _SIZE = re.compile(
 )
 _PERCENT = r"(?:%|per ?cent|pct\.?)(?!\w)"
 _PERCENTAGE = re.compile(rf"(?<![\w.])(\d+(?:\.\d+)?|[a-z]+)[ -]?{_PERCENT}", re.IGNORECASE)
+_BEFORE_PERCENTAGE = re.compile(r"([0-9]{1,6}|[a-z]+) ([a-z]+) of ((?:[a-z]+ ){0,2}[\d.]+% .+)")
 _HOLDS = re.compile(
     r"(\d+)(?:\s*x\s*\d|[\s-]*(?:ct|count|pack|pk|pcs|pieces)\b)|(?:pack|box|bag) of (\d+)"
     r"|.*, about (\d+)$"
@@ -401,8 +402,16 @@ def _is_a(item: Item, phrase: str) -> bool:
 
 
 def without_percentage(order: Order) -> Order:
-    """An order whose percentage is part of a name, and no quantity: 2% milk, 70% chocolate."""
+    """An order whose percentage is part of a name, and no quantity: 2% milk, 70% chocolate.
+
+    Of "3 cartons of 2% milk", the three are the quantity.
+    """
     what, for_ = (_PERCENTAGE.sub(_percentage, each) for each in (order.what, order.for_))
+    if order.quantity is None and (found := _BEFORE_PERCENTAGE.fullmatch(what)):
+        number = float(found[1]) if found[1].isdecimal() else word_value(found[1])
+        if number:
+            quantity, unit = float(number), singular(found[2])
+            return replace(order, what=found[3], for_=for_, quantity=quantity, unit=unit)
     if re.match(_PERCENT, order.unit, re.IGNORECASE):
         what = f"{order.quantity:g}% {what}"
         return replace(order, what=what, for_=for_, quantity=None, unit="")
