@@ -77,13 +77,14 @@ _PACKAGES = frozenset(
     ("pack", "packet", "package", "pkg", "box", "bag", "carton", "case", "crate", "sixpack", "tray")
 )
 _PIECES = frozenset((
-    "ball", "bar", "block", "bone", "book", "bottle", "branch", "breast", "bulb", "bunch",
-    "bundle", "cake", "can", "canister", "card", "chub", "clove", "cob", "container", "count",
-    "ct", "cube", "drum", "ea", "ear", "each", "fillet", "head", "item", "jar", "jug", "keg",
-    "leaf", "loaf", "lot", "multipack", "nest", "net", "pad", "pc", "piece", "pk", "plate", "pot",
-    "pouch", "punnet", "rack", "rasher", "reel", "ream", "ring", "roll", "sachet", "sack",
-    "sheet", "side", "sleeve", "slice", "stick", "tin", "truckle", "tub", "tube", "unit", "wedge",
-    "wheel", "whole", "x", "big", "large", "medium", "small",
+    "ball", "bar", "basket", "big", "block", "bone", "book", "bottle", "branch", "breast", "bulb",
+    "bunch", "bundle", "cake", "can", "canister", "capsule", "card", "chub", "clove", "cob",
+    "container", "count", "ct", "cube", "dispenser", "drum", "ea", "each", "ear", "fillet",
+    "head", "item", "jar", "jug", "keg", "large", "leaf", "loaf", "log", "lot", "medium",
+    "multipack", "nest", "net", "pad", "pc", "piece", "pk", "plate", "portion", "pot", "pouch",
+    "punnet", "rack", "rasher", "ream", "reel", "ring", "roll", "sachet", "sack", "serving",
+    "sheet", "side", "sleeve", "slice", "small", "spear", "sprig", "stalk", "stick", "strip",
+    "tablet", "tin", "truckle", "tub", "tube", "unit", "wedge", "wheel", "whole", "x",
 ))  # fmt: skip
 """Units that are a piece of what there is; any other is told."""
 
