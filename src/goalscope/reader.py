@@ -61,6 +61,7 @@ _UNWRITTEN = frozenset({"Cc", "Cn", "Co", "Cs"})  # Unicode categories that no w
 _NAMING = ("avoid", "only")  # acts that need a thing
 _PACKS = ("pack", "pk")  # units that a number may belong to: a 6-pack
 _TIMES = r"(?:[x\u00d7*]|times)"
+_PERCENTAGE = re.compile(r"(?<!\S)\S+?[ -]?(?:%|per ?cent|pct)(?!\w)", re.IGNORECASE)
 _UP_TO = 12  # numbers that other words stand for: both, a few, half a dozen
 _SUREST = 99.0  # nats, where a model reports none
 
@@ -251,12 +252,15 @@ class _Amounts:
         self._text, self._written_as, self._numbers = text, written_as, numbers
         self._sums = sums_in(text)
         self._counts = numbers_in(text, money=False)
+        self._percentages = numbers_in(" ".join(_PERCENTAGE.findall(text)))
+        self._percentages -= numbers_in(_PERCENTAGE.sub(" ", text)) if self._percentages else set()
         self._unsure: set[Order] = set()
 
     def mended(self, order: Order, lines: Sequence[Order]) -> Order:
         """An order of a reading with its things as they were written and the unit of its quantity.
 
-        A sum of money has its currency. A budget that nobody named is one without a quantity.
+        A sum of money has its currency, and a percentage its unit. A budget that nobody named is
+        one without a quantity.
         """
         names = ("what", "for_", "where", "if_")
         order = replace(order, **{name: self._as_written(getattr(order, name)) for name in names})
@@ -267,6 +271,8 @@ class _Amounts:
         if not order.unit and order.quantity not in self._counts:
             sums = (each for each in self._sums if float(each.amount) == order.quantity)
             order = replace(order, unit=next((singular(each.currency) for each in sums), ""))
+        if not order.unit and order.quantity in self._percentages:
+            order = replace(order, unit="percent")
         return self._holding(order) if order.unit and " " not in order.unit else order
 
     def doubts(self, order: Order) -> bool:
@@ -289,7 +295,7 @@ class _Amounts:
             return order
         what, number = re.escape(order.what.casefold()), r"([^\W_]+)"
         before = rf"(?<![\w.,]){number} ?{_TIMES} ?{number} {what}(?!\w)"
-        beside = rf"(?<!\w){what} {number} ?{_TIMES} ?{number}(?= *(?:[.,;!?]|$))"
+        beside = rf"(?<!\w){what},? {number} ?{_TIMES} ?{number}(?= *(?:[.,;!?]|$))"
         words = r"((?: [^\W\d_][\w'-]*){0,4}?)"
         after = rf"(?<![\w.,]){number}{words} {what} ?{_TIMES} ?{number}(?!\w)"
         text = self._text.casefold()
