@@ -72,6 +72,23 @@ def test_tags_state_facts(name: str, tag: str, *, has: bool) -> None:
         ("12.50 each", "12.50"),
         ("10-12 \u20ac", "10"),
         ("$2.49 USD", "2.49"),
+        ("\uffe5198", "198"),
+        ("\uffe52\uff0c480", "2480"),
+        ("3,000\uc6d0", "3000"),
+        ("\u20a93.000", "3000"),
+        ("45 \u0e1a\u0e32\u0e17", "45"),
+        ("25.000\u0111", "25000"),
+        ("\u20ab25.000", "25000"),
+        ("1.234.500 VND", "1234500"),
+        ("$2.49ea", "2.49"),
+        ("$2.49 / each", "2.49"),
+        ("Kr. 12,95", "12.95"),
+        ("1.295,-", "1295"),
+        ("CHF 1\u2019250.\u2013", "1250"),
+        ("Fr.30.-", "30"),
+        ("60,- kr", "60"),
+        ("Rs12/-", "12"),
+        ("\xa51.299", None),
         ("1.299", None),
         ("1.2.3", None),
         ("1,2,3", None),
@@ -148,6 +165,21 @@ def test_a_price_is_shown_in_its_own_currency(tmp_path: Path, cell: str, shown: 
         (["2,49", "1.299"], ["$2.49", "$1,299.00"], ""),
         (["2.49", "1.299"], ["$2.49", "$1.30"], ""),
         (["2.49", "2,49", "1.299"], ["$2.49", "$2.49", "no price"], 'such as "1.299"'),
+        (["$12.990", "$3.490", "$990"], ["$12,990.00", "$3,490.00", "$990.00"], ""),
+        (["12.990", "3.490", "0.990"], ["$12.99", "$3.49", "$0.99"], ""),
+        (["1.234.567", "1.500"], ["$1,234,567.00", "$1,500.00"], ""),
+        (["1.500", "12.345,6", "1,500"], ["no price", "$12,345.60", "no price"], '"1.500"'),
+        (["12.345,60", "1,500"], ["$12,345.60", "no price"], '"1,500"'),
+        (["12.345,60", "1.500"], ["$12,345.60", "$1,500.00"], ""),
+        (["KR 5", "7 kr"], ["KR 5.00", "KR 7.00"], ""),
+        (["1.299 Ft", "599 Ft"], ["Ft 1,299.00", "Ft 599.00"], ""),
+        (["1.500", "1,500", "3"], ["no price", "no price", "$3.00"], "2 prices were not"),
+        (["1,234,567", "2,49", "1.500"], ["$1,234,567.00", "$2.49", "no price"], '"1.500"'),
+        (["1.295,-", "1.500"], ["$1,295.00", "$1,500.00"], ""),
+        (["DKK 5", "Kr. 12,95", "5"], ["DKK 5.00", "DKK 12.95", "DKK 5.00"], ""),
+        (["kr 5", "12 NOK", "kr. 6"], ["NOK 5.00", "NOK 12.00", "NOK 6.00"], ""),
+        (["kr 5", "7 NOK", "8 SEK"], ["NOK 5.00", "NOK 7.00", "no price"], "SEK"),
+        (["\xa5198", "20 CNY"], ["CNY 198.00", "CNY 20.00"], ""),
     ],
 )  # fmt: skip
 def test_prices_of_a_catalogue_are_of_one_kind_or_told(
@@ -164,6 +196,17 @@ def test_a_column_of_two_currencies_is_told(tmp_path: Path) -> None:
     shop = load(tmp_path, "name,price,currency\nTea,2,USD\nRye,3,EUR\nOil,4,USD\n")
     assert [shop.money(item.price) for item in shop.items] == ["USD 2.00", "no price", "USD 4.00"]
     assert "1 prices are not in USD but in EUR: they do not count." in shop.notes
+
+
+@pytest.mark.parametrize(
+    ("currency", "cell", "price"),
+    [("VND", "25.000", "25000"), ("KRW", "3,000", "3000"), ("KWD", "1.250", "1.250")],
+)
+def test_a_stated_currency_tells_whether_there_are_decimals(
+    tmp_path: Path, currency: str, cell: str, price: str
+) -> None:
+    rows = f'Tea,"{cell}",{currency}\nOil,"{cell.replace("5", "6")}",{currency}\n'
+    assert load(tmp_path, f"name,price,currency\n{rows}").items[0].price == Decimal(price)
 
 
 def test_names_lose_control_and_invisible_characters(tmp_path: Path) -> None:
@@ -185,6 +228,10 @@ def test_repeated_names_are_told_apart(tmp_path: Path) -> None:
     [
         (b"", "no column for the names"),
         (b"name\n", "no rows with a name"),
+        (b"name,price,price\nTea,2,3\n", "2 columns 'price', and one is wanted for the price"),
+        (b"name,Name\nTea,Rye\n", "2 columns 'name', and one is wanted for the name"),
+        (b"name,Unit Price,unit_price,unit-price\nTea,1,2,3\n", "3 columns 'Unit Price'"),
+        (b"name,tags,tags\nTea,vegan,\n", "2 columns 'tags'"),
         (b"colour,weight\nred,2\n", "'colour', 'weight'"),
         (b"name\nTea\0\n", "NUL"),
         ("name\nTea\n".encode("utf-16"), "UTF-16|UTF-8"),
@@ -204,6 +251,13 @@ def test_a_wrong_column_option_is_refused_naming_the_right_ones(tmp_path: Path) 
         load(tmp_path, "name\nTea\n", columns={"name": "Title"})
     with pytest.raises(InvalidInputError, match="no catalogue column 'titel'"):
         load(tmp_path, "name\nTea\n", columns={"titel": "name"})
+
+
+def test_a_heading_given_or_used_twice_is_refused_and_another_is_not(tmp_path: Path) -> None:
+    with pytest.raises(InvalidInputError, match="2 columns 'Title'"):
+        load(tmp_path, "Title,Title\nTea,Rye\n", columns={"name": "Title"})
+    text = "name,x,x,price,price,cost\nTea,1,2,3,4,5\n"
+    assert load(tmp_path, text, columns={"price": "cost"}).items[0].price == Decimal(5)
 
 
 def test_a_missing_file_and_a_folder_are_refused(tmp_path: Path) -> None:

@@ -13,6 +13,7 @@ from hypothesis import strategies as st
 
 from goalscope.envs.check import check_env
 from goalscope.envs.grocery import Catalogue, GroceryShop, Item, load_profiles
+from goalscope.envs.grocery.choosing import packages
 from goalscope.envs.grocery.search import Search
 from goalscope.orders import Order
 from goalscope.standing import Standing
@@ -233,6 +234,27 @@ def test_kinds_lead_to_items_and_the_nearest_fit_the_goal() -> None:
         (["add cheese | 10 $; add tea | 5 euro; remove milk | 3 $"], {}),
         (["add milk", "remove milk | 3 $"], {"Whole Milk": 1}),
         (["add cola | 1 dozen can; add milk | 1 dozen"], {"Cola": 2, "Whole Milk": 12}),
+        (["add eggs | 2 doz."], {"Large Eggs": 2}),
+        (["add eggs | 1 gross"], {"Large Eggs": 12}),
+        (["add eggs | 3 score"], {"Large Eggs": 5}),
+        (["add eggs | 1 baker's dozen"], {"Large Eggs": 2}),
+        (["add butter | 2 lbs"], {"Unsalted Butter": 4}),
+        (["add milk | 2 percent"], {"2% Reduced-Fat Milk": 1}),
+        (["add milk | 2 %", "add milk | 2 %"], {"2% Reduced-Fat Milk": 1}),
+        (["add two-percent milk; add 2 per cent milk | 2"], {"2% Reduced-Fat Milk": 3}),
+        (
+            ["add 2 cartons of 2% milk; add one bottle of two percent milk"],
+            {"2% Reduced-Fat Milk": 3},
+        ),
+        (["add 2 litres of organic 2% milk"], {"Organic 2% Reduced-Fat Milk": 2}),
+        (["add dark chocolate | 70 %"], {"70% Dark Chocolate Bar": 1}),
+        (["add 2% milk | 3", "remove milk | 2 percent"], {}),
+        (["add milk", "swap milk | for two percent milk"], {"2% Reduced-Fat Milk": 1}),
+        (["add potatoes | 4 lbs."], {"White Potatoes": 2}),
+        (["add cream | 40 fl. oz"], {"Heavy Whipping Cream": 3}),
+        (["add cream | 20 fluid ounces"], {"Heavy Whipping Cream": 2}),
+        (["add cream | 2 16 fl.oz bottle"], {"Heavy Whipping Cream": 2}),
+        (["add cream | 2 dl"], {"Heavy Whipping Cream": 1}),
         (
             ["add butter | 2 half pound; add eggs | 3 half dozen"],
             {"Unsalted Butter": 2, "Large Eggs": 2},
@@ -272,8 +294,24 @@ def test_orders_come_to_the_things_that_they_name(said: list[str], basket: dict[
         ("budget", "did not understand how much it may cost"),
         ("add cheese | 10 $", 'how much Cheddar Cheese is "10 $". Please say how many.'),
         ("add avocados | 3", '2 x Avocados (2 ct) is more than the "3" that you asked for.'),
-        ("add cola | 1 can", '1 x Cola (6 ct) is more than the "can" that you asked for.'),
+        ("add cola | 1 can", '1 x Cola (6 ct) is more than the "1 can" that you asked for.'),
         ("add flour | 1.5 kg", 'more than the "1.5 kg"'),
+        ("add flour | 1 g", '1 x All-Purpose Wheat Flour (1 kg) is more than the "1 g"'),
+        ("add milk | 1 gallon", '4 x Whole Milk (1 L) is more than the "1 gallon"'),
+        ("add butter | 2 lbs", '4 x Unsalted Butter (250 g) is more than the "2 lbs"'),
+        ("add cream | 8 fl oz", '1 x Heavy Whipping Cream (500 ml) is more than the "8 fl oz"'),
+        ("add eggs | 1 score", '2 x Large Eggs (12 ct) is more than the "1 score"'),
+        ("add eggs | 1 baker's dozen", 'more than the "1 baker\'s dozen"'),
+        (
+            "add eggs | 2 shock",
+            'how many Large Eggs (12 ct) are "2 shock", so I take',
+        ),
+        (
+            "add apples | 1 bushel",
+            'cannot tell how many Gala Apples (1 kg, about 6) are "1 bushel"',
+        ),
+        ("add flour | 2 cup", 'cannot tell how many All-Purpose Wheat Flour (1 kg) are "2 cup"'),
+        ("add rice | 3 zwib", '(1 kg) are "3 zwib", so I take 3.'),
         ("add cucumber | 2 kg", 'cannot tell how many Cucumber are "2 kg", so I take 1.'),
         ("buy", "There is nothing to buy: the basket is empty."),
         ("clear", "The basket is empty."),
@@ -288,11 +326,23 @@ def test_what_cannot_be_done_is_told_in_a_sentence(said: str, told: str) -> None
     [
         "add avocados | 4; add flour | 2 kg; add cola | 1 six pack; add eggs | 2 dozen",
         "add avocados; add milk | 1 pack; add tofu | 3",
+        "add eggs | 2 doz; add bagels | 1 dz; add parsley | 2 bunches; add cream | 1 litre",
+        "add garlic | 2 small head; add tuna | 3 large tin; add flour | 2000 gs",
         "budget | 9 dollar; budget | 9; budget | 9 USD",
     ],
 )
 def test_what_is_as_it_was_ordered_needs_no_words(said: str) -> None:
     assert follow(shop(), said) == []
+
+
+@pytest.mark.parametrize(
+    ("unit", "said", "number"),
+    [("1.000 g", "1 kg", 1), ("1,5 L", "3 l", 2), ("1/2 kg", "1 kg", 2), ("1.500 ml", "3 l", 2)],
+)
+def test_sizes_are_read_as_they_are_written(unit: str, said: str, number: int) -> None:
+    quantity, measure = said.split()
+    order = Order("add", quantity=float(quantity), unit=measure)
+    assert packages(order, Item(1, "Tea", "", unit)) == (number, "")
 
 
 def test_a_budget_in_another_currency_limits_nothing() -> None:

@@ -7,7 +7,7 @@ guesses them is wrong at times, and silently: of "$1.5k" or "2 for $5" price-par
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from decimal import Decimal
 from functools import lru_cache
@@ -18,8 +18,8 @@ import number_parser  # pyright: ignore[reportMissingTypeStubs]
 
 from goalscope.plain_text import plain
 
-__all__ = ["Money", "decimal_marks", "figures", "is_currency", "numbers_in", "price"]
-__all__ += ["same_currency", "sums_in", "word_value"]
+__all__ = ["Money", "codes_of", "decimal_mark", "figures", "is_currency", "numbers_in", "price"]
+__all__ += ["printed", "same_currency", "sums_in", "word_value"]
 
 _CURRENCIES = """
 USD: $ US$: dollar, US dollar, buck
@@ -58,9 +58,9 @@ LKR: Rs: rupee, Sri Lankan rupee
 BDT: ৳: taka
 JPY: ¥ JP¥ 円: yen
 CNY: ¥ CN¥ RMB 元: yuan, renminbi
-KRW: ₩: won
-THB: ฿: baht
-VND: ₫: dong
+KRW: ₩ 원: won
+THB: ฿ บาท: baht
+VND: ₫ đ: dong
 IDR: Rp: rupiah
 MYR: RM: ringgit
 PHP: ₱: peso, Philippine peso
@@ -76,6 +76,12 @@ GHS: ₵ GH₵: cedi
 Of several with the same mark, the first one is meant by the mark alone.
 """
 
+_UNDIVIDED = frozenset({"CLP", "COP", "HUF", "IDR", "ISK", "JPY", "KRW", "VND"})
+"""Currencies that nobody writes with decimals."""
+
+_IN_THOUSANDTHS = frozenset({"BHD", "IQD", "JOD", "KWD", "LYD", "OMR", "TND"})
+"""Currencies with three decimals."""
+
 _FROM = 13
 """Number words from here on are put in figures: up to twelve, readers know them, and names such as
 Seven Up hold them."""
@@ -84,6 +90,8 @@ _LEAST_CENTS = 10
 
 _LONGEST = 12
 """Digits of an amount, at most."""
+
+_OTHER = {".": ",", ",": "."}
 
 _PARTS = (2, 3, 4, 8)
 """Denominators of fractions; other figures with a stroke are dates and the like."""
@@ -97,6 +105,8 @@ for _line in _CURRENCIES.strip().splitlines():
     _code, _listed, _named = _line.split(":")
     _lower = {_code.lower()} - {"try"}  # the word is no lira
     _marks |= {_code, *_lower, *_listed.split()}
+    _small = {_mark for _mark in _listed.split() if _mark.islower()}
+    _marks |= {*map(str.capitalize, _small), *map(str.upper, _small)}
     _nouns |= {*_named.strip().split(", ")}
     for _name in (_code, *_listed.split(), *_named.strip().split(", ")):
         _codes.setdefault(_name.casefold(), []).append(_code)
@@ -117,6 +127,9 @@ _APART = r"\d{1,3}(?: \d{3})+(?:[.,]\d{1,2})?(?![\d.,']?\d)"
 _CENTS = r"(?:cents?|pence|p|c)(?!\w)"
 _END = r"(?<=\d\d)(?=\s*(?:[.,;!?)]|$))"
 
+_SMALL = r"(?:[gG]|gr|gms?|[Gg]ram(?:me)?s?|m[lL]|ML|[Mm]illilit(?:re|er)s?)"
+"""Units of which nobody wants a thousandth: before them, three digits after a mark are none."""
+
 _SUM = re.compile(
     rf"(?:(?P<before>{_MARK}) ?|(?<![\w.,'/]))(?P<digits>{_APART}|{_DIGITS})"
     rf"(?P<times>[kKmM](?!\w))?"
@@ -124,7 +137,9 @@ _SUM = re.compile(
     rf"(?P<rest>(?: and)? (?P<cents>\d{{1,2}})(?: ?{_CENTS}|(?(named){_END}|(?!))))?"
     r"(?P<beside>(?(named) \d\d(?![\d.,']?\d|\w))|)"
 )
-_MARKED = re.compile(rf"(?<![\w.,'/])(?=\d*[.,']){_DIGITS}(?![\d/])")
+_MARKED = re.compile(
+    rf"(?<![\w.,'/])(?=\d*[.,'])({_DIGITS})(?![\d/])(?P<small>[ -]?{_SMALL}(?!\w))?"
+)
 _FRACTION = re.compile(
     r"(?<![\w.,/])(?:(\d+)(?: (?=\d+/)| ?(?=[\u00bc-\u00be\u2150-\u215e])))?"
     r"(?:(\d)/(\d{1,2})|([\u00bc-\u00be\u2150-\u215e]))(?![\d/]|th|rd|nd)"
@@ -134,10 +149,17 @@ _WHOLE = re.compile(  # the last form is Indian
 )
 _PRICE = re.compile(
     rf"(?P<before>{_MARK})? ?(?P<digits>\.\d+|{_APART}|{_DIGITS}) ?(?P<after>{_MARK}|{_NOUN})?"
-    r"(?: each| ea\.?)?"
+    r"(?: ?/? ?(?:each|ea\.?))?"
 )
 _THEN = re.compile(rf"[ -]{_NOUN}(?: and)? ([^\W\d_]+)")
 _PENNIES = re.compile(f" {_CENTS}")
+_DASHED = re.compile(
+    rf"(?<!\d)(?<!\d[.,'/])({_APART}|{_DIGITS})(?:([.,])[-\u2013-\u2015]{{1,2}}|/-)"
+    rf"(?:(?![\w-])|(?={_MARK}|{_NOUN}))"
+)
+"""Sums with a dash for no cents: 30.- or 1.295,- or 30/-."""
+
+_DOZEN = re.compile(r"(?<![^\W\d_])(?:doz|dz)\b\.?", re.IGNORECASE)
 _TIMES = re.compile(r"(?<![\w.,'/])([0-9]+(?:\.[0-9]+)?)[ -]$")
 _WORD = re.compile(r"(?<![^\W\d_])[A-Za-z]+(?!\w)")
 
@@ -160,7 +182,7 @@ class Money:
 
 def is_currency(name: str) -> bool:
     """Whether a text is the mark, the code or the name of a known currency."""
-    return bool(_codes_of(name))
+    return bool(codes_of(name))
 
 
 def same_currency(name: str, other: str) -> bool:
@@ -169,13 +191,13 @@ def same_currency(name: str, other: str) -> bool:
     "Dollars" may be those of any shop whose prices are in dollars. Where a shop has a bare "$", and
     somebody names Canadian dollars, they are taken for others. What is not known is like itself.
     """
-    said, meant = _codes_of(name), _codes_of(other)
+    said, meant = codes_of(name), codes_of(other)
     if not (said and meant):
         return _key(name) == _key(other)
     return said == meant[:1] if len(said) == 1 else not {*said}.isdisjoint(meant)
 
 
-def _codes_of(name: str) -> list[str]:
+def codes_of(name: str) -> list[str]:
     """The codes of the currencies that a text may mean, the likeliest first."""
     return _codes.get(_key(name)) or _codes.get(_key(name).removesuffix("s")) or []
 
@@ -202,7 +224,11 @@ def figures(text: str) -> tuple[str, dict[str, str]]:
         written[new] = old
         return new
 
-    text = _spelled_out(_plain_digits(text), put)
+    def dashed(found: re.Match[str]) -> str:
+        return put(found[0], _dashed(found))
+
+    text = _DASHED.sub(dashed, _plain_digits(text))
+    text = _spelled_out(_DOZEN.sub("dozen", text), put)
 
     def money(found: re.Match[str]) -> str:
         value = _amount(found)
@@ -212,6 +238,10 @@ def figures(text: str) -> tuple[str, dict[str, str]]:
         typed = put(found["digits"] + (found["times"] or ""), value)
         return f"{head}{typed}{found['after'] or ''}{found['beside']}"
 
+    def number(found: re.Match[str]) -> str:
+        is_small = found["small"] and "." in found[1]
+        return put(found[1], _value(found[1], "," if is_small else ".")) + (found["small"] or "")
+
     def fraction(found: re.Match[str]) -> str:
         over, under = int(found[2] or 0), int(found[3] or 1)
         if found[2] and not (0 < over < under and under in _PARTS):
@@ -220,7 +250,7 @@ def figures(text: str) -> tuple[str, dict[str, str]]:
         return put(found[0], int(found[1] or 0) + Decimal(part))
 
     text = _SUM.sub(money, text)
-    text = _MARKED.sub(lambda found: put(found[0], _value(found[0], ".")), text)
+    text = _MARKED.sub(number, text)
     return _FRACTION.sub(fraction, text), written
 
 
@@ -256,32 +286,64 @@ def numbers_in(text: str, *, money: bool = True) -> frozenset[float]:
     return frozenset(values)
 
 
-def price(text: str, mark: str = "") -> Money | None:
+def price(text: str, mark: str = "", currency: str = "") -> Money | None:
     """The price that a cell of a table holds and nothing else; None if it is not understood.
 
     Args:
         text: The cell.
         mark: The one before decimals, "." or ",", where a mark with three digits after it may be
             either; "" if unknown.
+        currency: The one that the table states for it; "" for none.
     """
-    found = _PRICE.fullmatch(_plain_digits(" ".join(plain(text).split())))
+    found = _PRICE.fullmatch(printed(text))
     if found is None:
         return None
-    value, names = _value(found["digits"], mark), [found["before"], found["after"]]
-    named = sorted(filter(None, names), key=lambda name: len(_codes_of(name)))
+    names = filter(None, (found["before"], found["after"]))
+    named = sorted(names, key=lambda name: len(codes_of(name)))
+    stated = named[0] if named else currency
+    last = re.sub(r"[^.,]", "", found["digits"])[-1:]
+    if stated.strip().upper() in _IN_THOUSANDTHS:
+        mark = last
+    elif _UNDIVIDED.issuperset(codes_of(stated) or ("",)):
+        mark = _OTHER.get(last, "")
+    value = _value(found["digits"], mark)
     if value is None or (len(named) == 2 and not same_currency(named[1], named[0])):
         return None
     return Money(value, named[0] if named else "")
 
 
-def decimal_marks(text: str) -> set[str]:
-    """The marks that must stand before decimals in a cell: the comma of "2,49"."""
-    found = (
-        re.fullmatch(r"(.*)([.,])(\d+)", match[0])
-        for match in re.finditer(_DIGITS, _plain_digits(text))
-    )
-    clear = (each for each in found if each and not _is_ambiguous(each))
-    return {each[2] for each in clear if each[1].count(each[2]) == 0}
+def decimal_mark(cells: Iterable[str]) -> str:
+    """The mark before decimals in a column of prices, "." or ","; "" if it is not known.
+
+    The comma of "2,49" tells it, and so do the points of "1.234.567". Of 1,299 alone, the comma is
+    taken for one between thousands, and so is the point where several prices are like 1.299. It is
+    not known where the cells contradict: one of 1.500 and 1,500 must have decimals, and 1,500 may
+    be either number beside 12.345,60.
+    """
+    decimals, thousands, unclear = set[str](), set[str](), set[str]()
+    several = set[str]()
+    for match in (each for cell in cells for each in re.finditer(_DIGITS, printed(cell))):
+        if parted := re.fullmatch(r"(.*)([.,])(\d+)", match[0]):
+            if _is_ambiguous(parted):
+                unclear.add(parted[2])
+                several.add(match[0])
+            else:
+                thousands |= {*parted[1]} & {".", ","}
+                decimals |= {parted[2]} - {*parted[1]}
+    if max(map(len, (unclear, decimals, thousands))) == 2 or decimals & thousands:
+        return ""
+    if thousands and decimals & unclear:
+        return ""
+    if decimals:
+        return decimals.pop()
+    parts = thousands or (unclear if "," in unclear or len(several) > 1 else set[str]())
+    return _OTHER[parts.pop()] if parts else ""
+
+
+def printed(text: str) -> str:
+    """A cell as price takes it: plain, on one line, with zeros for a dash: "30.00" for "30.-"."""
+    line = _plain_digits(" ".join(plain(text).split()))
+    return _DASHED.sub(lambda found: f"{found[1]}{found[2]}00" if found[2] else found[1], line)
 
 
 @lru_cache(maxsize=4096)
@@ -292,6 +354,11 @@ def word_value(word: str) -> int | None:
 
 def _parsed(words: str) -> int | None:
     return cast("int | None", number_parser.parse_number(words.casefold(), "en"))  # pyright: ignore
+
+
+def _dashed(found: re.Match[str]) -> Decimal | None:
+    """The amount of a sum with a dash for its cents."""
+    return _value(f"{found[1]}{found[2]}00" if found[2] else found[1], ".")
 
 
 def _plain_digits(text: str) -> str:

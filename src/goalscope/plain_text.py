@@ -28,8 +28,8 @@ _CHARACTERS = str.maketrans(
         **dict.fromkeys("\u1680\u3164\u115f\u1160\uffa0", " "),  # seen as spaces
     }
 )
-_STYLED = re.compile("[\uff01-\uff5e\ufb00-\ufb06\U0001d400-\U0001d7ff]+")
-"""Letters of full width, in ligatures, and in mathematical type, which sites offer as bold."""
+_STYLED = re.compile("[\uff01-\uff5e\uffe0\uffe1\uffe5\uffe6\ufb00-\ufb06\U0001d400-\U0001d7ff]+")
+"""Letters of full width, as are ¥ and £, in ligatures, and in mathematical type: bold, on sites."""
 
 _VARIANT = re.compile("[\u034f\u0305\u0331-\u0338]|(?<=\\w)[\u180b-\u180f\ufe00-\ufe0f]")
 """Marks that choose how a letter looks, such as lines under it; emoji keep theirs."""

@@ -60,6 +60,8 @@ _PHRASES = ("what", "for", "where", "if")
 _UNWRITTEN = frozenset({"Cc", "Cn", "Co", "Cs"})  # Unicode categories that no word holds
 _NAMING = ("avoid", "only")  # acts that need a thing
 _PACKS = ("pack", "pk")  # units that a number may belong to: a 6-pack
+_TIMES = r"(?:[x\u00d7*]|times)"
+_PERCENTAGE = re.compile(r"(?<!\S)\S+?[ -]?(?:%|per ?cent|pct)(?!\w)", re.IGNORECASE)
 _UP_TO = 12  # numbers that other words stand for: both, a few, half a dozen
 _SUREST = 99.0  # nats, where a model reports none
 
@@ -173,7 +175,7 @@ class Reader:
         earlier = {each.quantity or 0.0 for exchange in before for each in exchange.orders}
         earlier |= {number for text in (question, *texts) for number in numbers_in(text)}
         amounts = _Amounts(message, written_as, numbers_in(message) | earlier)
-        lines = [amounts.mended(each, lines) for each in lines]
+        lines = [amounts.multiplied(amounts.mended(each, lines), lines) for each in lines]
         orders = tuple(dict.fromkeys(lines))
         if len(orders) > 1:
             orders = tuple(each for each in orders if each.do != "none")
@@ -250,11 +252,15 @@ class _Amounts:
         self._text, self._written_as, self._numbers = text, written_as, numbers
         self._sums = sums_in(text)
         self._counts = numbers_in(text, money=False)
+        self._percentages = numbers_in(" ".join(_PERCENTAGE.findall(text)))
+        self._percentages -= numbers_in(_PERCENTAGE.sub(" ", text)) if self._percentages else set()
+        self._unsure: set[Order] = set()
 
     def mended(self, order: Order, lines: Sequence[Order]) -> Order:
         """An order of a reading with its things as they were written and the unit of its quantity.
 
-        A sum of money has its currency. A budget that nobody named is one without a quantity.
+        A sum of money has its currency, and a percentage its unit. A budget that nobody named is
+        one without a quantity.
         """
         names = ("what", "for_", "where", "if_")
         order = replace(order, **{name: self._as_written(getattr(order, name)) for name in names})
@@ -265,13 +271,50 @@ class _Amounts:
         if not order.unit and order.quantity not in self._counts:
             sums = (each for each in self._sums if float(each.amount) == order.quantity)
             order = replace(order, unit=next((singular(each.currency) for each in sums), ""))
+        if not order.unit and order.quantity in self._percentages:
+            order = replace(order, unit="percent")
         return self._holding(order) if order.unit and " " not in order.unit else order
 
     def doubts(self, order: Order) -> bool:
-        """Whether nobody said an order's quantity, although only its number can say it."""
+        """Whether nobody said an order's quantity, or it may be a part of a product.
+
+        Numbers up to a dozen are said in many ways.
+        """
+        if order in self._unsure:
+            return True
         number = order.quantity or 0.0
         broken = number > 1 and not number.is_integer() and not order.unit
         return (number > _UP_TO or broken) and number not in self._numbers
+
+    def multiplied(self, order: Order, lines: Sequence[Order]) -> Order:
+        """A mended order with the product that was said: of "12 eggs x 2" and "2 x 12 eggs".
+
+        Where it is not plain what is multiplied, the order is one that `doubts` holds for.
+        """
+        if order.quantity is None or not order.what:
+            return order
+        what, number = re.escape(order.what.casefold()), r"([^\W_]+)"
+        before = rf"(?<![\w.,]){number} ?{_TIMES} ?{number} {what}(?!\w)"
+        beside = rf"(?<!\w){what},? {number} ?{_TIMES} ?{number}(?= *(?:[.,;!?]|$))"
+        words = r"((?: [^\W\d_][\w'-]*){0,4}?)"
+        after = rf"(?<![\w.,]){number}{words} {what} ?{_TIMES} ?{number}(?!\w)"
+        text = self._text.casefold()
+        whole = [
+            (one, "", other) for each in (before, beside) for one, other in re.findall(each, text)
+        ]
+        for first, between, second in [*whole, *re.findall(after, text)]:
+            one, other = (max(numbers_in(each), default=0.0) for each in (first, second))
+            if not other or not (one or first in ("a", "an")):
+                continue
+            factors, product = (one or 1.0, other), (one or 1.0) * other
+            rest = {singular(word) for word in words_of(between)} - {"of", *words_of(order.unit)}
+            alone = sum(each.what == order.what for each in lines) == 1
+            if order.quantity in (*factors, product) and alone and not rest:
+                self._numbers = {*self._numbers, product}
+                return replace(order, quantity=product)
+            if order.quantity in (factors[:1] if rest and alone else factors):
+                self._unsure.add(order)
+        return order
 
     def _budget(self, order: Order, lines: Sequence[Order]) -> Order:
         """A budget with its currency and its cents, which a reading may leave out or take alone."""

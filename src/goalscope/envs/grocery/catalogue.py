@@ -6,15 +6,14 @@ import csv
 import io
 import re
 from collections import Counter
-from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from decimal import Decimal
 from importlib.resources import files
 from pathlib import Path
 
-from goalscope.amounts import Money, decimal_marks, price, same_currency
+from goalscope.amounts import Money, codes_of, decimal_mark, price, printed, same_currency
 from goalscope.invisible import without_invisible
-from goalscope.plain_text import plain
 from goalscope.types import InvalidInputError
 
 __all__ = ["Catalogue", "Item"]
@@ -175,7 +174,7 @@ def _placed(headings: list[str], columns: Mapping[str, str], label: str) -> dict
             f"There is no catalogue column {unknown[0]!r}. The columns are {', '.join(_COLUMNS)}."
         )
     found = ", ".join(repr(_clean(h)) for h in headings[:20] if h.strip()) or "none"
-    plain = [" ".join(re.split(r"[\s_\-]+", _clean(h).casefold())) for h in headings]
+    headed = [" ".join(re.split(r"[\s_\-]+", _clean(h).casefold())) for h in headings]
     where: dict[str, int] = {}
     for column, usual in _COLUMNS.items():
         if column in columns:
@@ -186,11 +185,16 @@ def _placed(headings: list[str], columns: Mapping[str, str], label: str) -> dict
                     f"The catalogue {label} has no column {wanted!r} for the {column}. "
                     f"Its columns are: {found}."
                 )
-            where[column] = exact[0]
         else:
-            known = [plain.index(h) for h in usual if h in plain]
-            if known:
-                where[column] = known[0]
+            heading = next((h for h in usual if h in headed), None)
+            exact = [i for i, each in enumerate(headed) if each == heading]
+        if len(exact) > 1:
+            raise InvalidInputError(
+                f"The catalogue {label} has {len(exact)} columns {_clean(headings[exact[0]])!r}, "
+                f"and one is wanted for the {column}. Give each another heading."
+            )
+        if exact:
+            where[column] = exact[0]
     if "name" not in where:
         raise InvalidInputError(
             f"The catalogue {label} has no column for the names. Its columns are: {found}. "
@@ -252,17 +256,17 @@ def _prices(rows: Iterable[list[str]], where: Mapping[str, int]) -> _Prices:
     named = (row for row in rows if any(map(str.strip, row[where["name"] :][:1])))
     counts = Counter(_paid(row, where) for row in named)
     cells = {paid: _clean(paid[0]) for paid in counts}
-    decimals = {mark for cell in cells.values() for mark in decimal_marks(cell)}
-    read = {paid: _price(cell, decimals) for paid, cell in cells.items()}
+    mark = decimal_mark(cells.values())
+    read = {paid: _price(cell, mark, paid[1]) for paid, cell in cells.items()}
     stated = {
-        paid: money.currency if money and money.currency else _clean(paid[1])
+        paid: money.currency if money and money.currency else printed(_clean(paid[1]))
         for paid, money in read.items()
     }
     said = Counter[str]()
     for paid, money in read.items():
         said[stated[paid]] += counts[paid] if money else 0
     names = [name for name, _ in said.most_common() if name]
-    main = names[0] if names else "$"
+    main = _main([name for name in names if said[name]] or names)
     others = [name for name in names if said[name] and not same_currency(name, main)]
     ranges = [paid for paid, money in read.items() if money and len(_ends(cells[paid])) == 2]
     wrong = [paid for paid, money in read.items() if cells[paid] and not money]
@@ -283,18 +287,27 @@ def _prices(rows: Iterable[list[str]], where: Mapping[str, int]) -> _Prices:
     return _Prices(amounts, main[:_QUOTED], notes)
 
 
-def _price(cell: str, decimals: Collection[str]) -> Money | None:
+def _main(names: Sequence[str]) -> str:
+    """The currency of most, by its code where another price tells it: DKK of "kr." and "DKK".
+
+    Args:
+        names: All that are named, the most frequent first.
+    """
+    main = names[0] if names else "$"
+    codes = [name for name in names if codes_of(name) == [name.upper()]]
+    may = [code for code in codes if code.upper() in codes_of(main)]
+    return may[0] if may and not same_currency(may[0], main) else main
+
+
+def _price(cell: str, mark: str, currency: str) -> Money | None:
     """The price in a cell, or the lower end of a range of prices.
 
     Args:
         cell: The cell.
-        decimals: The marks that stand before decimals in the column. Where it has both, or none,
-            1.299 may be either number.
+        mark: The one before decimals in the column; "" if unknown.
+        currency: The one that the row states; "" for none.
     """
-    mark = next(iter(decimals)) if len(decimals) == 1 else ""
-    if not decimals and "," in cell:
-        mark = "."
-    found = [price(part, mark) for part in _ends(cell)]
+    found = [price(part, mark, currency) for part in _ends(cell)]
     ends = [each for each in found if each]
     names = [each.currency for each in ends if each.currency]
     mixed = names and not same_currency(names[-1], names[0])
@@ -305,7 +318,7 @@ def _price(cell: str, decimals: Collection[str]) -> Money | None:
 
 def _ends(cell: str) -> list[str]:
     """The two ends of a range, or the one price; "12,-" and "12/-" are 12."""
-    return _THROUGH.split(re.sub(r"(?<=\d)(?:[.,]-{1,2}|/-)(?!\d)", "", plain(cell)))
+    return _THROUGH.split(printed(cell))
 
 
 def _clean(text: str) -> str:

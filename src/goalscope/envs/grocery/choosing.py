@@ -5,19 +5,21 @@ from __future__ import annotations
 import math
 import re
 from collections.abc import Collection, Iterable, Mapping, Sequence
+from dataclasses import replace
 from functools import cached_property
 from typing import Literal, NotRequired, TypedDict
 
-from goalscope.amounts import is_currency, word_value
+from goalscope.amounts import figures, is_currency, word_value
 from goalscope.envs.grocery.catalogue import Catalogue, Item
 from goalscope.envs.grocery.dietary import Bounds, bounds_of, labelled, labelled_in
 from goalscope.envs.grocery.diets import DIETS, finder
 from goalscope.envs.grocery.search import WORDS, Search
 from goalscope.orders import Order
+from goalscope.plain_text import plain
 from goalscope.standing import Standing
 from goalscope.words import contains, head_nouns, names, singular, singulars, words
 
-__all__ = ["MOST", "Choice", "packages"]
+__all__ = ["MOST", "Choice", "packages", "without_percentage"]
 
 MOST = 99
 """Units of one item that a basket holds at most."""
@@ -50,29 +52,57 @@ _NEAR = 100
 
 _GRAMS = {
     **dict.fromkeys(("kg", "kilo", "kilogram", "kilogramme"), 1000.0),
-    **dict.fromkeys(("g", "gram", "gramme", "gr"), 1.0),
+    **dict.fromkeys(("g", "gram", "gramme", "gr", "gm"), 1.0),
+    **dict.fromkeys(("mg", "milligram", "milligramme"), 0.001),
     **dict.fromkeys(("lb", "pound"), 454.0),
     **dict.fromkeys(("oz", "ounce"), 28.35),
+    **dict.fromkeys(("st", "stone"), 6350.0),
 }
 _MILLILITRES = {
-    **dict.fromkeys(("l", "litre", "liter"), 1000.0),
-    **dict.fromkeys(("ml", "millilitre", "milliliter"), 1.0),
+    **dict.fromkeys(("l", "litre", "liter", "ltr"), 1000.0),
+    **dict.fromkeys(("ml", "mil", "millilitre", "milliliter"), 1.0),
     **dict.fromkeys(("cl", "centilitre", "centiliter"), 10.0),
-    **dict.fromkeys(("pint",), 473.0),
-    **dict.fromkeys(("quart",), 946.0),
+    **dict.fromkeys(("dl", "decilitre", "deciliter"), 100.0),
+    **dict.fromkeys(("tsp", "teaspoon"), 5.0),
+    **dict.fromkeys(("tbsp", "tablespoon"), 15.0),
+    "floz": 29.57,
+    "gill": 118.0,
+    "cup": 237.0,
+    **dict.fromkeys(("pt", "pint"), 473.0),
+    **dict.fromkeys(("qt", "quart"), 946.0),
     **dict.fromkeys(("gal", "gallon"), 3785.0),
 }
+_FLUID = re.compile(r"\bfl(?:uid)?\.? ?(?:oz|ounce)(?:es|s)?\b", re.IGNORECASE)
 _PACKAGES = frozenset(
     ("pack", "packet", "package", "pkg", "box", "bag", "carton", "case", "crate", "sixpack", "tray")
 )
-_NUMBERS = {"dozen": 12.0, "pair": 2.0, "half": 0.5, "quarter": 0.25}
-_SIZE = re.compile(rf"(?:(\d+)\s*x\s*)?(\d+(?:\.\d+)?)\s*({'|'.join([*_GRAMS, *_MILLILITRES])})\b")
-_PIECES = re.compile(
+_PIECES = frozenset((
+    "ball", "bar", "basket", "big", "block", "bone", "book", "bottle", "branch", "breast", "bulb",
+    "bunch", "bundle", "cake", "can", "canister", "capsule", "card", "chub", "clove", "cob",
+    "container", "count", "ct", "cube", "dispenser", "drum", "ea", "each", "ear", "fillet",
+    "head", "item", "jar", "jug", "keg", "large", "leaf", "loaf", "log", "lot", "medium",
+    "multipack", "nest", "net", "pad", "pc", "piece", "pk", "plate", "portion", "pot", "pouch",
+    "punnet", "rack", "rasher", "ream", "reel", "ring", "roll", "sachet", "sack", "serving",
+    "sheet", "side", "sleeve", "slice", "small", "spear", "sprig", "stalk", "stick", "strip",
+    "tablet", "tin", "truckle", "tub", "tube", "unit", "wedge", "wheel", "whole", "x",
+))  # fmt: skip
+"""Units that are a piece of what there is; any other is told."""
+
+_DOZENS = dict.fromkeys(("dozen", "doz", "dz"), 12.0) | {"gross": 144.0}
+_NUMBERS = {**_DOZENS, "score": 20.0, "pair": 2.0, "half": 0.5, "quarter": 0.25}
+_THIRTEEN = re.compile(r"\bbaker'?s? (?:dozen|doz|dz)\b")
+_SIZE = re.compile(
+    rf"(?:(\d+)\s*x\s*)?(\d+(?:\.\d+)?)\s*({'|'.join([*_GRAMS, *_MILLILITRES])})s?\b"
+)
+_PERCENT = r"(?:%|per ?cent|pct\.?)(?!\w)"
+_PERCENTAGE = re.compile(rf"(?<![\w.])(\d+(?:\.\d+)?|[a-z]+)[ -]?{_PERCENT}", re.IGNORECASE)
+_BEFORE_PERCENTAGE = re.compile(r"([0-9]{1,6}|[a-z]+) ([a-z]+) of ((?:[a-z]+ ){0,2}[\d.]+% .+)")
+_HOLDS = re.compile(
     r"(\d+)(?:\s*x\s*\d|[\s-]*(?:ct|count|pack|pk|pcs|pieces)\b)|(?:pack|box|bag) of (\d+)"
     r"|.*, about (\d+)$"
 )
 
-_Counted = Literal["packages", "pieces", "dozens", "grams", "millilitres", "money"]
+_Counted = Literal["packages", "pieces", "dozens", "grams", "millilitres", "money", "unknown"]
 
 
 class CountedThing(TypedDict):
@@ -372,6 +402,28 @@ def _is_a(item: Item, phrase: str) -> bool:
     return contains(singulars(item.name), singulars(phrase))
 
 
+def without_percentage(order: Order) -> Order:
+    """An order whose percentage is part of a name, and no quantity: 2% milk, 70% chocolate.
+
+    Of "3 cartons of 2% milk", the three are the quantity.
+    """
+    what, for_ = (_PERCENTAGE.sub(_percentage, each) for each in (order.what, order.for_))
+    if order.quantity is None and (found := _BEFORE_PERCENTAGE.fullmatch(what)):
+        number = float(found[1]) if found[1].isdecimal() else word_value(found[1])
+        if number:
+            quantity, unit = float(number), singular(found[2])
+            return replace(order, what=found[3], for_=for_, quantity=quantity, unit=unit)
+    if re.match(_PERCENT, order.unit, re.IGNORECASE):
+        what = f"{order.quantity:g}% {what}"
+        return replace(order, what=what, for_=for_, quantity=None, unit="")
+    return replace(order, what=what, for_=for_)
+
+
+def _percentage(found: re.Match[str]) -> str:
+    number = found[1] if found[1][0].isdigit() else word_value(found[1])
+    return found[0] if number is None else f"{number}%"
+
+
 def packages(order: Order, item: Item) -> tuple[int, str]:
     """How many units of `item` an order comes to, at least 1 where it is not for none.
 
@@ -379,15 +431,15 @@ def packages(order: Order, item: Item) -> tuple[int, str]:
     about 7", and 1.5 kg two of "1 kg". Where the unit does not say how many pieces it holds, a
     piece is taken for one unit, and so is a dozen of an item without a unit, or any weight or
     volume that the unit cannot be compared with. A bottle or a roll is a piece, a pack or a box a
-    unit of the item, and a pack of six is six pieces.
+    unit of the item, and a pack of six is six pieces. What a unit of no known name is, is told.
 
     Returns:
         The number, and a note where that is more than was ordered or nobody can tell; "" where it
         is what was ordered. No units come to a sum of money.
     """
-    number, counted = _counted(order)
-    unit, one, slack = item.unit.lower(), 1.0, 0.0
-    ordered = f"{order.quantity or 1:g} {order.unit}".strip().removeprefix("1 ")
+    number, counted = _counted(order, item)
+    unit, one, slack = _FLUID.sub("floz", figures(plain(item.unit))[0].lower()), 1.0, 0.0
+    ordered = f"{1 if order.quantity is None else order.quantity:g} {order.unit}".strip()
     if counted == "money":
         return 0, f'I cannot tell how much {item.name} is "{ordered}". Please say how many.'
     if counted in ("grams", "millilitres"):
@@ -395,24 +447,24 @@ def packages(order: Order, item: Item) -> tuple[int, str]:
         measures = _GRAMS if counted == "grams" else _MILLILITRES
         slack = 0.01
         one = int(size[1] or 1) * float(size[2]) * measures.get(size[3], 0) if size else 0.0
-    elif counted in ("pieces", "dozens") and (found := _PIECES.match(unit)):
+    elif counted in ("pieces", "dozens") and (found := _HOLDS.match(unit)):
         one = float(next(filter(None, found.groups())))
     elif counted == "dozens" and not unit:
         one = 12.0
-    units = max(math.ceil(number / one - slack) if one else 1, order.quantity != 0)
+    units = max(math.ceil(number / one - slack) if one else 1, int(order.quantity != 0))
     name = f"{item.name} ({item.unit})" if unit not in ("", "each") else item.name
-    if not one:
+    if not one or counted == "unknown":
         return units, f'I cannot tell how many {name} are "{ordered}", so I take {units}.'
     if order.quantity is None or units * one <= number * (1 + slack):
         return units, ""
     return units, f'{units} x {name} is more than the "{ordered}" that you asked for.'
 
 
-def _counted(order: Order) -> tuple[float, _Counted]:
+def _counted(order: Order, item: Item) -> tuple[float, _Counted]:
     """The number, and what it counts."""
     number = 1.0 if order.quantity is None else order.quantity
-    unit = singular(order.unit.casefold().strip("."))
-    size, unit = _sized(unit)
+    unit = _THIRTEEN.sub("13", _FLUID.sub("floz", plain(order.unit).casefold()))
+    size, unit = _sized(singular(unit.strip(".")))
     number *= size
     if is_currency(order.unit) and unit not in _GRAMS:  # a pound is a weight here
         return number, "money"
@@ -420,10 +472,13 @@ def _counted(order: Order) -> tuple[float, _Counted]:
         return number * _GRAMS[unit], "grams"
     if unit in _MILLILITRES:
         return number * _MILLILITRES[unit], "millilitres"
-    if "dozen" in order.unit.casefold():
+    if not _DOZENS.keys().isdisjoint(map(singular, words(order.unit))):
         return number, "dozens"
-    is_package = size == 1 and _PACKAGES.intersection(unit.split())
-    return number, "packages" if is_package else "pieces"
+    if size == 1 and _PACKAGES.intersection(unit.split()):
+        return number, "packages"
+    known = {*_PACKAGES, *_PIECES, *singulars(item.name), *singulars(item.unit)}
+    is_known = size != 1 or not unit or unit.split()[-1] in known
+    return number, "pieces" if is_known else "unknown"
 
 
 def _sized(unit: str) -> tuple[float, str]:
@@ -435,7 +490,13 @@ def _sized(unit: str) -> tuple[float, str]:
     ]
     places = [place for place, each in enumerate(sizes) if each]
     if not places:
-        return 1.0, " ".join(parts)
+        return 1.0, _measure(" ".join(parts))
     size = min(math.prod(each for each in sizes if each), 1e6)
-    after = "".join(map(singular, parts[places[-1] + 1 : places[-1] + 2]))
+    after = _measure("".join(parts[places[-1] + 1 : places[-1] + 2]))
     return size, after if after in (*_GRAMS, *_MILLILITRES) else "pack"
+
+
+def _measure(unit: str) -> str:
+    """A unit in the singular: "lb" of "lbs"."""
+    short = unit.removesuffix("s")
+    return short if short in (*_GRAMS, *_MILLILITRES) else singular(unit)

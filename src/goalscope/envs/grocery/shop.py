@@ -10,7 +10,7 @@ from goalscope import envs
 from goalscope.amounts import same_currency
 from goalscope.envs import Environment, Pick, Resolution
 from goalscope.envs.grocery.catalogue import Catalogue, Item
-from goalscope.envs.grocery.choosing import MOST, Choice, packages
+from goalscope.envs.grocery.choosing import MOST, Choice, packages, without_percentage
 from goalscope.envs.grocery.dietary import Bounds, diets_of, refusal
 from goalscope.envs.grocery.diets import diet_named
 from goalscope.envs.grocery.profiles import checks_met, unwanted
@@ -150,7 +150,7 @@ class GroceryShop(Environment):
         """See `Environment.resolve`: limits remove violations."""
         if self._bought:
             return Resolution(why="The basket is bought already.")
-        bounds = self._bounds(standing)
+        bounds, order = self._bounds(standing), without_percentage(order)
         match order.do:
             case "add" | "set":
                 return self._add(order, bounds, standing)
@@ -305,7 +305,7 @@ class GroceryShop(Environment):
 
     def _is_guess(self, item: Item, order: Order, bounds: Bounds, standing: Standing) -> bool:
         """Whether nobody has asked for an item before this order."""
-        before = [*standing.asked]
+        before = [*map(without_percentage, standing.asked)]
         if order in before:
             before.remove(order)
         wanted = _wanted(before)
@@ -457,7 +457,7 @@ def _sentences(told: Iterable[str]) -> str:
 
 def _wanted(orders: Sequence[Order]) -> list[str]:
     """What orders ask to come."""
-    coming = (each for each in orders if each.do in ("add", "set", "swap"))
+    coming = (without_percentage(o) for o in orders if o.do in ("add", "set", "swap"))
     return [each.for_ if each.do == "swap" else each.what for each in coming]
 
 
