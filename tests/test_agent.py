@@ -336,7 +336,7 @@ def test_a_resumed_episode_reads_nothing_again() -> None:
 
 
 def test_goals_are_proposed_anew_for_another_aim_whatever_explains_the_words(monkeypatch) -> None:
-    monkeypatch.setattr("goalscope.tracker.incomplete", lambda *_, **__: False)
+    monkeypatch.setattr("goalscope.goals.incomplete", lambda *_, **__: False)
     agent = agent_in(LampRoom())
     assert not agent.step("What now?", "lamp light please").changes
     added = agent.step("And now?", "rather a lamp please").changes
@@ -346,7 +346,7 @@ def test_goals_are_proposed_anew_for_another_aim_whatever_explains_the_words(mon
 def test_words_that_say_nothing_call_for_goals_only_where_none_is_stated(monkeypatch) -> None:
     asked = []
     monkeypatch.setattr(
-        "goalscope.tracker.incomplete", lambda belief, *_, **__: asked.append(belief.goals)
+        "goalscope.goals.incomplete", lambda belief, *_, **__: asked.append(belief.goals)
     )
     agent = agent_in(LampRoom())
     agent.step("What now?", "none")

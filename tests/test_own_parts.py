@@ -20,7 +20,7 @@ from goalscope.types import (
     StepResult,
     UnreadableAnswerError,
 )
-from lamps import agent_in
+from lamps import Speechless, Writes, agent_in
 
 TEA, CAKE = Goal("make tea"), Goal("bake a cake")
 
@@ -125,26 +125,13 @@ def test_trackers_without_a_model_share_one() -> None:
     assert one.likelihood.model is two.likelihood.model
 
 
-class Writes:
-    def __init__(self, *goals: str) -> None:
-        self.given = goals
-
-    def goals(self, task, turns, held):
-        return list(self.given)
-
-
-class Speechless:
-    def unfit(self, task, turns, goals):
-        raise UnreadableAnswerError("nothing that can be read")
-
-
 def test_goals_that_cannot_be_checked_are_not_added() -> None:
     tracker = GoalTracker(WordModel(), calibration=PAPER)
     tracker.observe("What?", "Read a book.")
     before = tracker.belief
     manager = GoalManager(Writes("read a book"), WordModel(), tracker.task, remover=Speechless())
     with pytest.raises(UnreadableAnswerError):
-        tracker.manage(manager, [])
+        manager.manage(tracker, [])
     assert tracker.belief is before
 
 

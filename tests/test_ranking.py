@@ -13,7 +13,7 @@ from goalscope.ranking import Ranking
 from goalscope.rounds_json import round_from_json, round_to_json
 from goalscope.types import UNSPECIFIED, Goal, Turn, UnreadableAnswerError
 from goalscope.web.views import RoundView
-from lamps import RANKS, REPLIES, agent_in
+from lamps import RANKS, REPLIES, Speechless, Writes, agent_in
 
 TEA, CAKE, SOUP = Goal("make tea"), Goal("bake a cake"), Goal("cook soup")
 TURN = Turn("What?", "Hot water.")
@@ -21,19 +21,6 @@ TURN = Turn("What?", "Hot water.")
 
 def asked(most: int, least: int) -> WordModel:
     return WordModel({"the most likely": f'"{most}"', "the least likely": f'"{least}"'})
-
-
-class Writes:
-    def __init__(self, *goals: str) -> None:
-        self.given = goals
-
-    def goals(self, task, turns, held):
-        return list(self.given)
-
-
-class Speechless:
-    def unfit(self, task, turns, goals):
-        raise UnreadableAnswerError("nothing that can be read")
 
 
 def test_the_likeliest_goal_is_first_the_least_likely_last_the_others_as_they_came() -> None:
@@ -81,12 +68,12 @@ def test_goals_are_proposed_where_unspecified_is_the_likeliest_and_ranked_togeth
     model.replies |= {"the most likely": '"3"', "the least likely": '"1"'}
     manager = GoalManager(Writes(TEA.text, CAKE.text), WordModel(), "Help.", propose="paper")
     said = []
-    changes, missing = ranker.manage(manager, [], propose=True, anew=False, progress=said.append)
+    changes, missing = manager.manage(ranker, [], propose=True, anew=False, progress=said.append)
     assert [change.goal for change in changes] == [TEA, CAKE]
     assert not missing
     assert [goal for goal, _ in ranker.belief.top()] == [CAKE, TEA, UNSPECIFIED]
     assert said == ["proposing goals", "checking goals"]
-    assert ranker.manage(manager, [], propose=True, anew=False, progress=said.append)[0] == []
+    assert manager.manage(ranker, [], propose=True, anew=False, progress=said.append)[0] == []
 
 
 def test_a_failed_check_leaves_the_goals_as_they_were() -> None:
@@ -97,7 +84,7 @@ def test_a_failed_check_leaves_the_goals_as_they_were() -> None:
         Writes(TEA.text), WordModel(), "Help.", propose="paper", remover=Speechless()
     )
     with pytest.raises(UnreadableAnswerError):
-        ranker.manage(manager, [], propose=True, anew=False, progress=lambda _: None)
+        manager.manage(ranker, [], propose=True, anew=False, progress=lambda _: None)
     assert ranker.belief is before
 
 

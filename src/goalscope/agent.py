@@ -439,8 +439,8 @@ class Agent:
         orders = acting(reading.orders)
         aims = reading.tells("aim") or (reading.only_tells and not (known and reading.says_nothing))
         try:
-            changes, missing = tracker.manage(
-                self.goals,
+            changes, missing = self.goals.manage(
+                tracker,
                 self.rounds,
                 corrections,
                 stages=cast("Sequence[Literal['propose', 'remove']]", stages),

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Sequence
-from typing import Literal, Protocol
+from collections.abc import Callable, Collection, Iterable, Sequence
+from contextlib import AbstractContextManager
+from typing import TYPE_CHECKING, Literal, Protocol
 
 import numpy as np
 
@@ -15,9 +16,13 @@ from goalscope.prompts import render
 from goalscope.ranking import Ranking
 from goalscope.types import UNSPECIFIED, Goal, GoalChange, InvalidInputError, Turn, canonical
 
+if TYPE_CHECKING:
+    from goalscope.episode import Round
+
 __all__ = [
     "UNEXPLAINED",
     "GoalManager",
+    "Holder",
     "Proposer",
     "Remover",
     "Trigger",
@@ -105,6 +110,37 @@ class Remover(Protocol):
         ...
 
 
+class Holder(Protocol):
+    """Holds the goals that a `GoalManager` manages: a `GoalTracker`, or a `Ranker`."""
+
+    @property
+    def belief(self) -> Belief | Ranking:
+        """The goals."""
+        ...
+
+    @property
+    def turns(self) -> Sequence[Turn]:
+        """The turns that the belief is over."""
+        ...
+
+    @property
+    def likelihood(self) -> Likelihood | None:
+        """Scores candidates; None adds the first ones."""
+        ...
+
+    def include(self, goals: Sequence[Goal], turns: Sequence[Turn]) -> None:
+        """Add goals that were proposed from these turns."""
+        ...
+
+    def drop(self, goals: Iterable[Goal]) -> object:
+        """Remove goals."""
+        ...
+
+    def restoring(self) -> AbstractContextManager[None]:
+        """A context that restores the belief if an error ends it."""
+        ...
+
+
 class GoalManager:
     """Decides which goals the belief is over (Sec. 3.2).
 
@@ -146,6 +182,69 @@ class GoalManager:
         self.propose: Trigger = propose
         self.patience = patience
         self._cleared: set[Goal] = set()
+
+    def manage(
+        self,
+        holder: Holder,
+        rounds: Sequence[Round],
+        corrections: Sequence[GoalChange] = (),
+        *,
+        given: Collection[Goal] = (),
+        propose: bool = True,
+        anew: bool = False,
+        most: int | None = None,
+        stages: Sequence[Literal["propose", "remove"]] = ("propose", "remove"),
+        unobserved: Turn | None = None,
+        progress: Callable[[str], None] = lambda _: None,
+    ) -> tuple[list[GoalChange], bool]:
+        """After a turn, propose goals if none explains the words, and remove unfit ones (Sec. 3.2).
+
+        Args:
+            holder: Has the goals.
+            rounds: All rounds before this turn.
+            corrections: All changes since the last of them.
+            given: Goals to keep.
+            propose: Whether goals may be proposed.
+            anew: Whether goals are proposed even if one explains the words. A person who tells a
+                new aim may name the old one, too, which then explains the words.
+            most: Largest number of goals.
+            stages: What to do, in this order.
+            unobserved: The turn, if it has not been observed yet. Goals are proposed from it, but
+                the belief decides without it whether they are needed.
+            progress: Called with what is done next.
+
+        Returns:
+            The changes, and whether a goal is missing for which none was found.
+
+        Raises:
+            UnreadableAnswerError: A model that was asked for goals wrote none; the goals stay.
+        """
+        since = made_from([round.changes for round in rounds])
+        changes: list[GoalChange] = []
+        unexplained = False
+        with holder.restoring():
+            turns = [*holder.turns, unobserved] if unobserved else holder.turns
+            for stage in stages:
+                if stage == "remove":
+                    progress("checking goals")
+                    earlier = rounds[:-1] if unobserved else rounds
+                    beliefs = [*(each.belief for each in earlier if each.belief), holder.belief]
+                    found = self.removed(beliefs, turns, given=given)
+                    holder.drop(change.goal for change in found)
+                    changes += found
+                    continue
+                missing = propose and incomplete(holder.belief, self.propose, since=since)
+                if missing or (propose and anew):
+                    progress("proposing goals")
+                    past = [change for round in rounds for change in round.changes]
+                    past += [*corrections, *changes]
+                    found = self.added(holder.likelihood, holder.belief, turns, past)
+                    if most is not None:
+                        del found[max(0, most - len(holder.belief.goals)) :]
+                    holder.include([change.goal for change in found], turns)
+                    changes += found
+                    unexplained = missing and not found
+        return changes, unexplained
 
     def added(
         self,

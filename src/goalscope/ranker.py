@@ -2,15 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Sequence
-from typing import Literal
+from collections import abc
+from collections.abc import Collection, Iterable, Sequence
+from contextlib import contextmanager
 
-from goalscope.episode import Round
-from goalscope.goals import GoalManager, incomplete
 from goalscope.models import Generator
 from goalscope.prompts import recent, render
 from goalscope.ranking import Ranking
-from goalscope.types import UNSPECIFIED, Goal, GoalChange, Turn
+from goalscope.types import UNSPECIFIED, Goal, Turn
 
 __all__ = ["Ranker"]
 
@@ -29,6 +28,7 @@ class Ranker:
 
     def __init__(self, generator: Generator, task: str) -> None:
         self.generator = generator
+        self.likelihood = None
         self.task = task
         self.turns: list[Turn] = []
         self.belief = Ranking((UNSPECIFIED,))
@@ -43,49 +43,23 @@ class Ranker:
         self.belief = self._ranked(self.belief.goals, turns)
         self.turns = turns
 
-    def manage(
-        self,
-        goals: GoalManager,
-        rounds: Sequence[Round],
-        corrections: Sequence[GoalChange] = (),
-        *,
-        propose: bool,
-        anew: bool,
-        stages: Sequence[Literal["propose", "remove"]] = ("propose", "remove"),
-        unobserved: Turn | None = None,
-        progress: Callable[[str], None],
-    ) -> tuple[list[GoalChange], bool]:
-        """Propose goals if Unspecified is the likeliest, and remove unfit ones.
+    def include(self, goals: Sequence[Goal], turns: Sequence[Turn]) -> None:
+        """See `goalscope.goals.Holder`; all goals are ranked anew, together."""
+        self.belief = self._ranked([*self.belief.goals, *goals], turns)
 
-        See `GoalTracker.manage` for the arguments, the value and the errors.
-        """
+    def drop(self, goals: Iterable[Goal]) -> None:
+        """See `Ranking.drop`."""
+        self.belief = self.belief.drop(goals)
+
+    @contextmanager
+    def restoring(self) -> abc.Generator[None]:
+        """See `goalscope.goals.Holder`."""
         before = self.belief
-        turns = [*self.turns, unobserved] if unobserved else self.turns
-        changes: list[GoalChange] = []
-        unexplained = False
         try:
-            for stage in stages:
-                if stage == "remove":
-                    progress("checking goals")
-                    earlier = rounds[:-1] if unobserved else rounds
-                    rankings = [each.belief for each in earlier if isinstance(each.belief, Ranking)]
-                    found = goals.removed([*rankings, self.belief], turns)
-                    self.belief = self.belief.drop(change.goal for change in found)
-                    changes += found
-                    continue
-                missing = propose and incomplete(self.belief, goals.propose)
-                if missing or (propose and anew):
-                    progress("proposing goals")
-                    past = [change for round in rounds for change in round.changes]
-                    found = goals.added(None, self.belief, turns, [*past, *corrections, *changes])
-                    new = (change.goal for change in found)
-                    self.belief = self._ranked([*self.belief.goals, *new], turns)
-                    changes += found
-                    unexplained = missing and not found
+            yield
         except BaseException:
             self.belief = before
             raise
-        return changes, unexplained
 
     def _ranked(self, goals: Collection[Goal], turns: Sequence[Turn]) -> Ranking:
         support = tuple(goals)

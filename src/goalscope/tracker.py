@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Iterable, Sequence
+from collections.abc import Callable, Generator, Iterable, Sequence
+from contextlib import contextmanager
 from functools import wraps
 from threading import RLock
 from typing import Any, Literal, TypeVar, cast, get_args
@@ -13,8 +14,6 @@ import numpy.typing as npt
 from goalscope.belief import Belief
 from goalscope.calibration import Calibration
 from goalscope.calibrations import NAMED, calibration_named
-from goalscope.episode import Round
-from goalscope.goals import GoalManager, incomplete, made_from
 from goalscope.inputs import nearest, parse_json
 from goalscope.likelihood import (
     Likelihood,
@@ -352,73 +351,20 @@ class GoalTracker:
             return ()
         return (f"The conversation is long: the first {start} turns are no longer read.",)
 
-    @_synchronized
-    def manage(
-        self,
-        goals: GoalManager,
-        rounds: Sequence[Round],
-        corrections: Sequence[GoalChange] = (),
-        *,
-        given: Collection[Goal] = (),
-        propose: bool = True,
-        anew: bool = False,
-        most: int | None = None,
-        stages: Sequence[Literal["propose", "remove"]] = ("propose", "remove"),
-        unobserved: Turn | None = None,
-        progress: Callable[[str], None] = lambda _: None,
-    ) -> tuple[list[GoalChange], bool]:
-        """After a turn, propose goals if none explains the words, and remove unfit ones (Sec. 3.2).
+    def include(self, goals: Sequence[Goal], turns: Sequence[Turn]) -> None:
+        """See `goalscope.goals.Holder`; evidence is that of the observed turns alone."""
+        self._add(goals)
 
-        Args:
-            goals: Proposes and removes.
-            rounds: All rounds before this turn.
-            corrections: All changes since the last of them.
-            given: Goals to keep.
-            propose: Whether goals may be proposed.
-            anew: Whether goals are proposed even if one explains the words. A person who tells a
-                new aim may name the old one, too, which then explains the words.
-            most: Largest number of goals.
-            stages: What to do, in this order.
-            unobserved: The turn, if it has not been observed yet. Goals are proposed from it, but
-                the belief decides without it whether they are needed.
-            progress: Called with what is done next.
-
-        Returns:
-            The changes, and whether a goal is missing for which none was found.
-
-        Raises:
-            UnreadableAnswerError: A model that was asked for goals wrote none; the goals stay.
-        """
-        before = self.belief
-        since = made_from([round.changes for round in rounds])
-        turns = [*self.turns, unobserved] if unobserved else self.turns
-        changes: list[GoalChange] = []
-        unexplained = False
-        try:
-            for stage in stages:
-                if stage == "remove":
-                    progress("checking goals")
-                    earlier = rounds[:-1] if unobserved else rounds
-                    beliefs = [*(each.belief for each in earlier if each.belief), self.belief]
-                    found = goals.removed(beliefs, turns, given=given)
-                    self.drop(change.goal for change in found)
-                    changes += found
-                    continue
-                missing = propose and incomplete(self.belief, goals.propose, since=since)
-                if missing or (propose and anew):
-                    progress("proposing goals")
-                    past = [change for round in rounds for change in round.changes]
-                    past += [*corrections, *changes]
-                    found = goals.added(self.likelihood, self.belief, turns, past)
-                    if most is not None:
-                        del found[max(0, most - len(self.belief.goals)) :]
-                    self._add([change.goal for change in found])
-                    changes += found
-                    unexplained = missing and not found
-        except BaseException:
-            self.belief = before
-            raise
-        return changes, unexplained
+    @contextmanager
+    def restoring(self) -> Generator[None]:
+        """See `goalscope.goals.Holder`; meanwhile other threads wait."""
+        with self._busy:
+            before = self.belief
+            try:
+                yield
+            except BaseException:
+                self.belief = before
+                raise
 
 
 def _wrong(model: LikelihoodModel) -> str:
