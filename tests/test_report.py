@@ -513,7 +513,7 @@ def test_a_report_has_a_summary_and_a_page_with_all_tables_of_each_part(
         assert page.count("![") == len(section.figures)
 
 
-def test_the_summary_has_the_papers_belief_beside_goalscopes_of_each_model(tmp_path: Path) -> None:
+def test_the_summary_has_the_papers_loss_beside_goalscopes_of_each_model(tmp_path: Path) -> None:
     plain, adapted = ({"adapter": name} for name in ("none", "mine"))
     cells = [dialogue(n) for n in range(12)]
     both = [
@@ -522,18 +522,66 @@ def test_the_summary_has_the_papers_belief_beside_goalscopes_of_each_model(tmp_p
         for number, (spec, it) in enumerate(cells)
     ]
     fill(tmp_path / "r.db", both)
-    beliefs, models, _ = read_report(tmp_path / "r.db", draw=False).summary
+    found = read_report(tmp_path / "r.db", draw=False)
+    beliefs, _ = found.summary
     name = "SmolLM2-135M-Instruct"
-    assert [(row["model"], row["belief"]) for row in beliefs.rows] == [
-        (f"{name} {model}", belief)
-        for model in ("without adapter", "+ mine")
-        for belief in ("Eq. 1", "goalscope", "an agent's")
+    assert [row["model"] for row in beliefs.rows] == [
+        f"{name} without adapter",
+        f"{name} + mine",
     ]
     assert {row["n"] for row in beliefs.rows} == {12}
-    (row,) = models.rows
-    assert (row["part"], row["of"], row["n"]) == ("r", "own, 3 goals each", 12)
-    assert row["model"] == f"{name} + mine"
-    assert "cells so far" not in models.columns
+    assert "cells so far" not in beliefs.columns
+    page = {(row["model"], row["belief"]): row for row in found.sections[0].tables[1].rows}
+    for row in beliefs.rows:
+        assert row["log-loss"] == page[row["model"], "goalscope"]["log-loss"]
+        assert row["Eq. 1: log-loss"] == page[row["model"], "Eq. 1"]["log-loss"]
+        assert row["log-loss"] != row["Eq. 1: log-loss"]
+
+
+def in_settings() -> list[tuple[dict, dict]]:
+    """The ablation with two planners, the first also with a file of people."""
+    plain = ablation(["anna", "ben", "cleo"], [3.0, 1.0], 1)
+    settings = ({"prompted": ["plan"]}, {"profiles": "/somewhere/else/aims.toml"})
+    runs = [run for run in plain if run[0]["kind"] == "episode"]
+    others = [
+        (
+            {**spec, "settings": {**spec["settings"], **own}},
+            {**result, "score": result["score"] / 2},
+        )
+        for own in settings
+        for spec, result in runs
+    ]
+    return [*plain, *others]
+
+
+def test_several_settings_stand_in_one_figure(tmp_path: Path) -> None:
+    every, *_ = drawn(tmp_path, in_settings())
+    assert every.name == "ablation"
+    said = texts(every)
+    assert {*NAMES, OVER_PEOPLE, OVER_TRIALS, "unwanted things, number"} <= {*said}
+    told = " ".join(said)
+    for setting in ("Instruct, prompted plan", "grocery, aims, scripted human"):
+        assert setting in told
+    assert "none" not in told
+    assert "/somewhere" not in told + every.caption
+    assert every.caption.count("3 in ") == 3
+    assert "A point is missing where nothing was measured." in every.caption  # two have no judge
+
+
+def test_the_summary_has_the_methods_side_by_side_and_shows_the_figure(tmp_path: Path) -> None:
+    fill(tmp_path / "r.db", in_settings())
+    found = read_report(tmp_path / "r.db")
+    rows = found.summary[0].rows
+    assert [row["people"] for row in rows] == [3, 3, 3]
+    tables = [each for each in found.sections[0].tables if each.name.endswith("-methods")]
+    for row, table in zip(rows, tables, strict=True):
+        for each in table.rows:
+            assert row[f"{each['method']}, score"] == each["score"]
+            assert row[f"{each['method']}, unwanted"] == each["unwanted"] == 1
+    write_report(found, tmp_path / "out.md")
+    text = (tmp_path / "out.md").read_text(encoding="utf-8")
+    assert text.count("![") == text.count("](out/figures/r-ablation.svg)") == 1
+    assert "make it" in text
 
 
 def test_the_summary_marks_what_is_not_complete(tmp_path: Path) -> None:

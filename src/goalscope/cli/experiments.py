@@ -190,7 +190,8 @@ def run_experiment(
     model: Annotated[
         list[str] | None,
         typer.Option(
-            metavar="MODEL", help="Model to use in place of those in the file; repeatable."
+            metavar="MODEL",
+            help="Model to use in place of all in the file but the judge's; repeatable.",
         ),
     ] = None,
     generator: Writer = None,
@@ -204,14 +205,11 @@ def run_experiment(
 
     Results are saved as they come; after an interruption, the same command continues.
     """
-    from dataclasses import replace
-
     from goalscope.experiment.reading import read_experiment
 
     plan = read_experiment(file)
     if model or generator:
-        models = tuple(_model(each, generator) for each in model or (None,))
-        plan = replace(plan, models=models)
+        plan = plan.with_models(tuple(_model(each, generator) for each in model or (None,)))
     _run(plan, data, results, on, workers, anyway, as_json)
 
 

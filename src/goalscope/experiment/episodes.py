@@ -35,6 +35,7 @@ from goalscope.types import pluralize
 __all__ = [
     "DEFAULTS",
     "JUDGE_NOTES",
+    "METHODS",
     "Reading",
     "episode_tables",
     "evaluator_of",
@@ -95,25 +96,26 @@ class Reading:
 def read_episodes(cells: Sequence[Cell]) -> tuple[Sample, ...]:
     """The cells of the kind "episode" with the trials of those of the kind "judge".
 
-    There is a sample for each domain, kind of human, and model with other settings. A record is a
-    run. An evaluator's results are under "judge score", "trials" and "unscored", each followed by
-    its name if there are several.
+    There is a sample for each domain, file of people, kind of human, and model with other
+    settings. A record is a run. An evaluator's results are under "judge score", "trials" and
+    "unscored", each followed by its name if there are several.
 
     Args:
         cells: Of any kind, which have results.
     """
     measured = [(cell.spec, cell.result or {}) for cell in cells]
     labels = Labels(_shared(spec) for spec, _ in chosen(measured, "episode"))
-    groups: dict[tuple[str, str, str], dict[str, Cell]] = {}
+    groups: dict[tuple[str, str, str, str], dict[str, Cell]] = {}
     for cell in cells:
         if cell.spec.get("kind") == "episode":
             settings = cell.spec["settings"]
-            key = settings["domain"], settings["human"], labels[_shared(cell.spec)]
+            people = Path(settings.get("profiles") or "").stem
+            key = settings["domain"], people, settings["human"], labels[_shared(cell.spec)]
             groups.setdefault(key, {})[cell.key] = cell
     judged = chosen(measured, "judge")
     judges = Labels(evaluator_of(spec) for spec, _ in judged)
     samples: list[Sample] = []
-    for (domain, human, model), runs in sorted(groups.items()):
+    for (domain, people, human, model), runs in sorted(groups.items()):
         readings: dict[str, dict[str, Reading]] = {key: {} for key in runs}
         notes: dict[str, None] = {}
         for spec, result in judged:
@@ -124,9 +126,10 @@ def read_episodes(cells: Sequence[Cell]) -> tuple[Sample, ...]:
                 notes[_how_asked(judge, spec, run.spec["model"])] = None
         order = sorted(runs.values(), key=_place)
         records = _records(order, [readings[run.key] for run in order])
-        name = "-".join(map(slug, (Path(domain).stem, human, model)))
-        where = Path(domain).stem
-        samples.append(Sample(name, f"{where}, {human} human, {model}", records, tuple(notes)))
+        where = [Path(domain).stem, *([people] if people else [])]
+        name = "-".join(map(slug, (*where, human, model)))
+        title = f"{', '.join(where)}, {human} human, {model}"
+        samples.append(Sample(name, title, records, tuple(notes)))
     return tuple(samples)
 
 
@@ -323,7 +326,7 @@ def _place(run: Cell) -> tuple[str, str, int]:
 
 def _shared(spec: Mapping[str, Any]) -> dict[str, Any]:
     """The settings shared by all runs of a group."""
-    own = ("method", "seed", "domain", "human")
+    own = ("method", "seed", "domain", "profiles", "human")
     kept = {key: value for key, value in spec["settings"].items() if key not in own}
     return {**DEFAULTS, **kept, "model": spec["model"]}
 

@@ -178,6 +178,15 @@ class Experiment:
     episodes: tuple[EpisodesPart, ...] = ()
     judge: Judge = field(default_factory=lambda: Judge(trials=0))
 
+    def with_models(self, models: tuple[Model, ...]) -> Experiment:
+        """The experiment with other models, once for each combination of the other settings."""
+        return replace(
+            self,
+            models=models,
+            dialogues=tuple(dict.fromkeys(replace(part, models=()) for part in self.dialogues)),
+            episodes=tuple(dict.fromkeys(replace(part, models=()) for part in self.episodes)),
+        )
+
 
 def specs_of(experiment: Experiment, folder: Path | None) -> list[dict[str, Any]]:
     """The specs of all cells that can be planned before any is measured.

@@ -254,6 +254,8 @@ def mean_of(records: Iterable[Record], key: str, form: Form = "number") -> Estim
 class Labels:
     """Short labels for settings: the model's name, and what else distinguishes them.
 
+    What is None or empty is not in a label.
+
     Args:
         settings: All that occur; equal ones share a label.
     """
@@ -267,7 +269,12 @@ class Labels:
         for key, each in known.items():
             label = names[key]
             if list(names.values()).count(label) > 1:
-                parts = [f"{f} {_value(each.get(f))}" for f in differ if f != "model"]
+                own = {f: each.get(f) for f in differ if f != "model"}
+                parts = [
+                    f"{f} {_value(value)}"
+                    for f, value in own.items()
+                    if value not in (None, (), [])
+                ]
                 same = [k for k in known if names[k] == label]
                 if len({_key(known[k].get("model")) for k in same}) > 1:
                     parts.append(_value(each.get("model")))
@@ -341,7 +348,7 @@ def _key(value: object) -> str:
 
 def _value(value: object) -> str:
     if isinstance(value, list | tuple):
-        return " > ".join(map(_value, cast("Sequence[object]", value))) or "none"
+        return " > ".join(map(_value, cast("Sequence[object]", value)))
     return value if isinstance(value, str) else _key(value)
 
 

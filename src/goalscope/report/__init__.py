@@ -18,9 +18,13 @@ __all__ = ["Report", "Section", "read_report", "write_report"]
 INTRODUCTION = (
     "Beliefs, actions and outcomes of agents that infer people's goals. `goalscope report` "
     "computes every figure from cells that were each measured once. Brackets show 95 % "
-    "intervals. Each part has a page with all its tables, the command to reproduce them, and "
-    "hashes of the code, the prompts and the model weights."
+    "intervals. Each part has a page with all its tables and figures, and hashes of the code, the "
+    "prompts and the model weights. Its command gives the same figures again on the same machine; "
+    "another processor or number of threads rounds sums in another order, which moves "
+    "log-probabilities by up to 0.1 nat."
 )
+HEADLINES = ("accuracy", "ablation")
+"""Figures that the summary shows."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -70,6 +74,7 @@ def write_report(report: Report, file: Path) -> None:
     folder, taken = file.with_suffix(""), set[str]()
     for table in report.summary:
         _write(folder / "tables" / f"{table.name}.csv", table.to_csv())
+    headlines: list[str] = []
     for section in report.sections:
         figures: list[str] = []
         for figure in section.figures:
@@ -77,13 +82,19 @@ def write_report(report: Report, file: Path) -> None:
             _write(folder / "figures" / f"{name}.svg", figure.svg)
             alt, caption = map(markdown_text, (figure.caption.partition(". ")[0], figure.caption))
             figures.append(f"![{alt}](figures/{quote(name)}.svg)\n\n{caption}")
+            if figure.name in HEADLINES:
+                where = f"{quote(folder.name)}/figures/{quote(name)}.svg"
+                headlines.append(
+                    f"## {markdown_text(section.title)}\n\n![{alt}]({where})\n\n{caption}"
+                )
         for table in section.tables:
             name = unique(f"{section.name}-{table.name}", taken)
             _write(folder / "tables" / f"{name}.csv", table.to_csv())
         _write(folder / f"{section.name}.md", _page(section, figures, file.name))
     parts = ["# Results", INTRODUCTION]
     parts += [f"Left out: {markdown_text(why)}" for why in report.skipped]
-    text = "\n\n".join([*parts, *(table.to_markdown().strip() for table in report.summary)])
+    tables = [table.to_markdown().strip() for table in report.summary]
+    text = "\n\n".join([*parts, *tables[:-1], *headlines, tables[-1]])
     for section in report.sections:
         name = markdown_text(section.name)
         link = f"| [{name}]({quote(folder.name)}/{quote(section.name)}.md) |"

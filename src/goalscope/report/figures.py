@@ -28,7 +28,7 @@ from goalscope.experiment.questions import question_tables
 from goalscope.experiment.results import Cell
 from goalscope.experiment.summary import Estimate, Row, Sample, mean_of
 from goalscope.report.drawing import COLOURS, INK, MARKERS, Figure, draw_figure, shortened
-from goalscope.report.methods import method_figures
+from goalscope.report.methods import ablation_figure, method_figures
 from goalscope.stats import Interval, Reliability, proportion
 
 __all__ = ["Figure", "accuracy_figure", "figures_of", "truth_figure"]
@@ -54,7 +54,9 @@ def figures_of(cells: Sequence[Cell]) -> Iterator[Figure]:
         yield from _made(_calibration(dialogues))
     for changes in read_changes(measured):
         yield _change(changes)
-    for episodes in read_episodes(done):
+    samples = read_episodes(done)
+    yield from _made(ablation_figure(samples))
+    for episodes in samples:
         yield from method_figures(episodes)
 
 

@@ -11,7 +11,7 @@ from goalscope.experiment.episodes import headings_of_judges, methods_of, outcom
 from goalscope.experiment.summary import Estimate, Sample
 from goalscope.report.drawing import COLOURS, INK, MARKERS, Figure, draw_figure, shortened
 
-__all__ = ["method_figures"]
+__all__ = ["ablation_figure", "method_figures"]
 
 PAGE = 30
 """Most people in one figure; more go into the next one."""
@@ -40,8 +40,22 @@ class _Panel:
     spread: str = OVER_SEEDS
 
 
+_Row = tuple[str, Sample, str | None]
+"""A row's label, its sample, and its person; None for all of them."""
+
+
 def method_figures(episodes: Sample) -> Iterator[Figure]:
     """Bars over all people; where there are several, also a row of points for each of them."""
+    panels = _panels(episodes)
+    yield _pooled(episodes, panels)
+    people = sorted({run["profile"] for run in episodes.records})
+    if len(people) > 1:
+        pages = range(0, len(people), PAGE)
+        for number, first in enumerate(pages, 1):
+            yield _people(episodes, panels, people[first : first + PAGE], number, len(pages))
+
+
+def _panels(episodes: Sample) -> list[_Panel]:
     panels = [
         _Panel(f"evaluator's score{by}, %", f"judge score{by}", spread=OVER_TRIALS)
         for by in headings_of_judges(episodes)
@@ -49,12 +63,7 @@ def method_figures(episodes: Sample) -> Iterator[Figure]:
     panels.append(_Panel("state-based score, %", "score"))
     if any("unwanted" in run for run in episodes.records):
         panels.append(_Panel("unwanted things, number", "unwanted", 1.0))
-    yield _pooled(episodes, panels)
-    people = sorted({run["profile"] for run in episodes.records})
-    if len(people) > 1:
-        pages = range(0, len(people), PAGE)
-        for number, first in enumerate(pages, 1):
-            yield _people(episodes, panels, people[first : first + PAGE], number, len(pages))
+    return panels
 
 
 def _pooled(episodes: Sample, panels: Sequence[_Panel]) -> Figure:
@@ -101,73 +110,93 @@ def _pooled(episodes: Sample, panels: Sequence[_Panel]) -> Figure:
     return draw_figure(f"methods-{episodes.name}", caption, size, paint)
 
 
+def ablation_figure(samples: Sequence[Sample]) -> Figure | None:
+    """A row for each sample, such as a domain or a planner; None if there are fewer than two."""
+    if len(samples) < 2:
+        return None
+    panels = [*dict.fromkeys(panel for each in samples for panel in _panels(each))]
+    panels.sort(key=lambda panel: panel.measure in ("score", "unwanted"))
+    rows = [(_sample_label(each), each, None) for each in samples]
+    caption = (
+        f"The ablation in every setting. Points: means over people of the means over their runs. "
+        f"{{bars}}People: {'; '.join(f'{_sizes(each)} in {each.title}' for each in samples)}."
+    )
+    return _points("ablation", caption, rows, panels)
+
+
 def _people(
     episodes: Sample, panels: Sequence[_Panel], people: Sequence[str], page: int, pages: int
 ) -> Figure:
-    methods = methods_of(episodes)
-    rows: list[str | None] = [*people, None]  # the last one is all of them
+    everyone = len({run["profile"] for run in episodes.records})
+    rows: list[_Row] = [(_label(each), episodes, each) for each in people]
+    rows.append((f"all {everyone} people", episodes, None))
+    part = f", part {page} of {pages}" if pages > 1 else ""
+    caption = (
+        f"Methods person by person{part}: {episodes.title}. Points: means over a person's runs; "
+        f"last row: means over all {everyone:,} people. {{bars}}{_counts(episodes, panels)}"
+    )
+    name = f"people-{episodes.name}{f'-{page}' * (pages > 1)}"
+    return _points(name, caption, rows, panels)
+
+
+def _points(name: str, caption: str, rows: Sequence[_Row], panels: Sequence[_Panel]) -> Figure:
+    """A point for each method in each row, with its error bars.
+
+    Args:
+        name: Of the figure.
+        caption: Of the figure, with "{bars}" where the error bars are told.
+        rows: From top to bottom.
+        panels: From left to right.
+    """
+    methods = [*dict.fromkeys(method for _, each, _ in rows for method in methods_of(each))]
     found = {
-        (panel, method, person): outcome_of(episodes, panel.measure, method, person)
+        (panel, method, row): outcome_of(episodes, panel.measure, method, person)
         for panel in panels
         for method in methods
-        for person in rows
+        for row, (_, episodes, person) in enumerate(rows)
     }
     bars = [
-        *(
-            OVER_PEOPLE
-            for (_, _, person), (value, _) in found.items()
-            if person is None and value and value.interval
-        ),
-        *(
-            panel.spread
-            for (panel, _, person), (_, spread) in found.items()
-            if person is not None and spread
-        ),
+        *(OVER_PEOPLE for value, _ in found.values() if value and value.interval),
+        *(panel.spread for (panel, _, _), (_, spread) in found.items() if spread),
     ]
     gaps = any(value is None for value, _ in found.values())
     step = 0.8 / len(methods)
-    everyone = len({run["profile"] for run in episodes.records})
+    last = rows[-1][2] is None and rows[0][2] is not None  # a row of all people below the others
 
     def paint(figure: Any) -> None:
         axes = _axes(figure, panels, sharey=True)
         for axis, panel in zip(axes, panels, strict=True):
-            for row, person in enumerate(rows):
+            for row in range(len(rows)):
                 for i, method in enumerate(methods):
                     at = row + step * (i - (len(methods) - 1) / 2)
-                    value, spread = found[panel, method, person]
+                    value, spread = found[panel, method, row]
                     if value is None:
                         continue
                     colour, middle = COLOURS[i % len(COLOURS)], panel.scale * value.value
-                    if person is None and value.interval:
+                    if value.interval:
                         _bar(axis, "x", at, value, panel.scale, colour, min(0.09, 0.35 * step))
-                    if person is not None and spread:
+                    if spread:
                         wide = panel.scale * spread
                         axis.hlines(at, middle - wide, middle + wide, color=colour, lw=4, alpha=0.6)
                     axis.plot(middle, at, clip_on=False, zorder=3, **_point(i))
-            axis.axhline(len(people) - 0.5, color=INK, lw=0.8)
-            for row in range(1, len(people)):
-                axis.axhline(row - 0.5, color="#E6E6E6", lw=0.7)
+            for row in range(1, len(rows)):
+                heavy = last and row == len(rows) - 1
+                axis.axhline(row - 0.5, color=INK if heavy else "#E6E6E6", lw=0.8)
             axis.grid(visible=True, axis="x")
             axis.grid(visible=False, axis="y")
             axis.set_ylim(len(rows) - 0.5, -0.5)
             _scale(axis, "x", panel)
-        names = [_label(each) for each in people]
-        axes[0].set_yticks(range(len(rows)), [*names, f"all {everyone} people"])
+        axes[0].set_yticks(range(len(rows)), [label for label, _, _ in rows])
         for i, method in enumerate(methods):
-            name = shortened(NAMES.get(method, method), 30)
-            axes[0].plot([], [], label=name, **_point(i))
+            axes[0].plot([], [], label=shortened(NAMES.get(method, method), 30), **_point(i))
         figure.legend(loc="outside upper center", ncols=min(len(methods), 2 * len(panels)))
         _legend(figure, bars)
 
-    part = f", part {page} of {pages}" if pages > 1 else ""
-    size = (2.2 + 2.2 * len(panels), 1.6 + max(0.3, 0.11 * len(methods)) * (len(people) + 1))
-    caption = (
-        f"Methods person by person{part}: {episodes.title}. Points: means over a person's runs; "
-        f"last row: means over all {everyone:,} people. {_told(bars)}"
-        f"{'A point is missing where nothing was measured. ' * gaps}{_counts(episodes, panels)}"
-    )
-    name = f"people-{episodes.name}{f'-{page}' * (pages > 1)}"
-    return draw_figure(name, caption, size, paint)
+    told = f"{_told(bars)}{'A point is missing where nothing was measured. ' * gaps}"
+    lines = max(label.count("\n") for label, _, _ in rows) + 1
+    height = max(0.3, 0.11 * len(methods), 0.17 * lines)
+    size = (2.2 + 2.2 * len(panels), 1.6 + height * len(rows))
+    return draw_figure(name, caption.replace("{bars}", told), size, paint)
 
 
 def _axes(figure: Any, panels: Sequence[_Panel], **shared: Any) -> Sequence[Any]:
@@ -264,6 +293,15 @@ def _counts(episodes: Sample, panels: Sequence[_Panel]) -> str:
         counted = same or ", ".join(f"{n} by {method}" for method, n in runs.items())
         said.append(f"{panel.title.partition(',')[0]} {counted}")
     return f"{differ}Runs: {'; '.join(said)}."
+
+
+def _sizes(episodes: Sample) -> int:
+    return len({run["profile"] for run in episodes.records})
+
+
+def _sample_label(episodes: Sample) -> str:
+    """The sample's title for an axis, on several lines."""
+    return "\n".join(wrap(shortened(episodes.title, 120), 34))
 
 
 def _label(name: str) -> str:

@@ -5,14 +5,41 @@ from __future__ import annotations
 import re
 from collections.abc import Callable, Sequence
 
-from goalscope.experiment.beliefs import AGENT, EQ1, TURN
+from goalscope.experiment.beliefs import EQ1, TURN
+from goalscope.experiment.episodes import METHODS
 from goalscope.experiment.predictors import GOALSCOPE
 from goalscope.experiment.summary import Entry, Row, Table
 from goalscope.report.sections import Section
 
 __all__ = ["summary_of"]
 
-_Kind = tuple[str, str, str, tuple[str, ...], Callable[[Row], bool], str]
+_Kind = tuple[str, str, str, tuple[str, ...], Callable[[Sequence[Row]], Sequence[Row]], str]
+
+_LOSS = f"{EQ1}: log-loss"
+_PROMPTS = ("question", "question and choices", None)
+
+
+def _one_belief(rows: Sequence[Row]) -> list[Row]:
+    """The rows of goalscope's belief, with the log-loss of the paper's beside its own."""
+    paper = {(row["dialogues"], row["model"]): row for row in rows if row["belief"] == EQ1}
+    return [
+        {**row, _LOSS: paper[row["dialogues"], row["model"]]["log-loss"]}
+        for row in rows
+        if row["belief"] == GOALSCOPE
+    ]
+
+
+def _side_by_side(rows: Sequence[Row]) -> list[Row]:
+    """One row with the scores of all methods, and then what was unwanted."""
+    return [
+        {
+            "people": max(int(str(row["profiles"])) for row in rows),
+            **{f"{row['method']}, {key}": row.get(key) for key in _MEASURES for row in rows},
+        }
+    ]
+
+
+_MEASURES = ("score", "unwanted")
 
 _KINDS: tuple[_Kind, ...] = (
     # name, title, names of its tables, columns, rows that are shown, note
@@ -21,43 +48,31 @@ _KINDS: tuple[_Kind, ...] = (
         "Beliefs about what people wanted",
         "beliefs",
         (
-            *("dialogues", "model", "belief", "n", "top-1", "log-loss", "ECE"),
+            *("dialogues", "model", "n", "top-1", "log-loss", _LOSS, "ECE"),
             f"AUROC by turn {TURN}",
-            *(f"proposes by turn {TURN} if {kind}" for kind in ("absent", "present")),
         ),
-        lambda row: row["belief"] in (EQ1, GOALSCOPE, AGENT),
-        f"{EQ1}: the paper's belief. {GOALSCOPE}: its own. {AGENT}: that of an agent that proposes "
-        "its goals itself. Top-1, log-loss (nats) and calibration error after the last turn, among "
-        "the goals alone: Unspecified may lead all the same. AUROC: does it tell that the true "
-        "goal is not among the goals? It should propose others then, and only then.",
-    ),
-    (
-        "models",
-        "Models and adapters compared",
-        r"models-.*",
-        (
-            *("of", "model", "n", "top-1", "top-1, difference", "log-loss"),
-            *("log-loss, difference", "Eq. 1: log-loss, difference", "open-set AUROC"),
-        ),
-        lambda row: row["turn"] == "last" and row["top-1, difference"] is not None,
-        "All after the last turn. Difference: from the first model, usually without adapter; "
-        f"{EQ1}: without calibration, which each model has its own of.",
+        _one_belief,
+        "Top-1, log-loss (nats) and calibration error (ECE) after the last turn, among the goals "
+        f"alone: Unspecified may lead all the same. {EQ1}: the paper's belief. AUROC: does "
+        "Unspecified tell that the true goal is not among the goals?",
     ),
     (
         "episodes",
         "Episodes: is what was wanted done in the end?",
         r"episodes-.*-methods",
-        ("of", "method", "runs", "score", "rounds", "terminated"),
-        lambda row: True,
+        ("of", "people", *(f"{method}, {key}" for key in _MEASURES for method in METHODS)),
+        _side_by_side,
         "Score: share of the person's conditions that hold in the end, a mean over people. "
-        "Terminated: the agent, not the limit of rounds, ended it.",
+        "Unwanted: number of things that the person neither asked for nor would welcome.",
     ),
     (
         "mcq",
         "Questions: which choice did the person take?",
         "mcq",
         ("model", "prompt", "n", "accuracy", "log-loss"),
-        lambda row: row["Unspecified"] == "without",
+        lambda rows: [
+            row for row in rows if row["Unspecified"] == "without" and row["prompt"] in _PROMPTS
+        ],
         "Unspecified is not among the goals. The paper's prompt is the question and choices.",
     ),
     (
@@ -65,7 +80,7 @@ _KINDS: tuple[_Kind, ...] = (
         "Changes of mind: how soon is the new goal the likeliest?",
         r"changes-.*",
         ("belief", "n", "followed within 1", "followed within 2", "followed within 3"),
-        lambda row: True,
+        lambda rows: rows,
         "Followed within k rounds: the second goal was the likeliest after one of them.",
     ),
 )
@@ -85,6 +100,7 @@ def summary_of(sections: Sequence[Section]) -> list[Table]:
         {
             "part": each.name,
             "title": each.title,
+            "command": " or ".join(each.commands) or None,
             "cells measured": f"{each.done:,} of {each.planned:,}" if each.planned else None,
             "code": ", ".join(code[:6] for code in each.codes) or None,
         }
@@ -100,7 +116,7 @@ def _table(
     title: str,
     pattern: str,
     columns: tuple[str, ...],
-    shown: Callable[[Row], bool],
+    shown: Callable[[Sequence[Row]], Sequence[Row]],
     note: str,
 ) -> Table:
     rows: list[Row] = []
@@ -108,10 +124,10 @@ def _table(
         for table in section.tables:
             if re.fullmatch(pattern, table.name) and not table.name.endswith("-first-attempts"):
                 of: Row = {"of": table.title.partition(": ")[2]}
-                for row in filter(shown, table.rows):
+                for row in shown(table.rows):
                     found = {**of, **row}
                     line: dict[str, Entry] = {"part": section.name}
-                    line |= {column: found.get(column) for column in columns}
+                    line |= {column: found[column] for column in columns if column in found}
                     if section.done < section.planned:
                         line["cells so far"] = f"{section.done:,} of {section.planned:,}"
                     rows.append(line)
