@@ -52,18 +52,41 @@ def test_words_that_deny_are_no_evidence_to_act_on_later() -> None:
     assert told(belief.observe([-9.0, 0.0]), "Don't!", "Thanks.", "Now make tea.") == "act"
 
 
-def test_a_proposal_needs_later_words_that_speak_for_it() -> None:
+def test_a_proposal_needs_the_persons_word() -> None:
     belief = BARE.observe([-9.0, 0.0])
-    assert told(belief, proposed={TEA: 1}) == "ask"
-    assert told(belief.observe([0.0, 0.0]), proposed={TEA: 1}) == "ask"
-    assert told(belief.observe([-0.1, 0.0]), proposed={TEA: 1}) == "act"
-    assert told(belief.observe([-0.1, 0.0]), "Tea.", "No tea!", proposed={TEA: 1}) == "ask"
-    assert told(belief.pin(TEA), proposed={TEA: 1}) == "act"
-    assert told(belief, proposed={Goal("bake"): 1}) == "act"
-    assert told(belief, proposed={"Make tea.": 1}) == "ask"
-    for wrong in (["make tea"], {5: 1}, {TEA: "one"}, 3):
-        with pytest.raises(InvalidInputError, match="proposed must map"):
+    for proposed in ([TEA], {TEA}, {TEA: 1}, ["Make tea."]):
+        assert told(belief, proposed=proposed) == "ask"
+        assert told(belief.observe([-9.0, 0.0]), proposed=proposed) == "ask"
+        assert told(belief.pin(TEA), proposed=proposed) == "act"
+    confirmed = belief.pin(TEA).observe([-9.0, 0.0])
+    assert told(confirmed, proposed=[TEA]) == "act"
+    assert told(confirmed, "Tea.", "No tea!", proposed=[TEA]) == "ask"
+    assert told(belief, proposed=[Goal("bake")]) == "act"
+    for wrong in ([5], {5: 1}, 3, [None]):
+        with pytest.raises(InvalidInputError, match="proposed must hold"):
             told(belief, proposed=wrong)
+
+
+def test_how_sure_is_sure_enough_is_the_programs_choice() -> None:
+    belief = BARE.observe([-1.3, 0.0])  # 79 %
+    assert [told(belief, sure=sure) for sure in (0.7, 0.8, 1)] == ["act", "ask", "ask"]
+    lost = BARE.observe([0.0, -0.39])  # Unspecified has 60 %
+    assert [told(lost, lost=share) for share in (0.5, 0.7)] == ["propose", "ask"]
+    assert told(belief.observe([0.0, 0.0]), "Tea.", "No tea!", sure=0.7) == "ask"
+    for name in ("sure", "lost"):
+        for wrong in (-0.1, 1.1, math.nan, True, "0.8", None):
+            with pytest.raises(InvalidInputError, match=f"{name} must be a probability"):
+                told(belief, **{name: wrong})
+
+
+def test_who_wants_to_cancel_something_takes_nothing_back() -> None:
+    goal = Goal("cancel an order")
+    belief = Belief.uniform([Goal("Unspecified"), goal]).observe([0.0, 0.0]).observe([-0.5, 0.0])
+    words = ("Hi there.", "I want to cancel my order.")
+    assert advised(Stand(belief, said(*words))).because.startswith("The likeliest goal has")
+    assert advised(Stand(belief, said("Cancel it.", "Stop!"))).because == (
+        "The newest words take something back."
+    )
 
 
 def test_who_takes_something_back_is_offered_nothing_else() -> None:
@@ -107,5 +130,8 @@ def test_advice_has_its_reason() -> None:
         ),
     }
     assert [advised(each).because for each in stands.values()] == [*stands]
-    made = advised(Stand(SURE_OF_TEA, said("Tea!")), proposed={TEA: 1})
-    assert made == ("ask", "Later words must speak for it first.")
+    made = advised(Stand(SURE_OF_TEA, said("Tea!")), proposed=[TEA])
+    assert made == ("ask", "A model proposed this goal, and the person has not confirmed it.")
+    refused = [Turn("Shall I make tea?", "Hm."), Turn("What then?", "Well.")]
+    later = advised(Stand(SURE_OF_TEA.observe([0.0, 0.0]), refused))
+    assert later == ("ask", "Later words must speak for it first.")

@@ -4,7 +4,10 @@ from __future__ import annotations
 
 import gc
 import math
+import os
 import re
+import subprocess
+import sys
 from pathlib import Path
 from typing import Any
 
@@ -216,3 +219,36 @@ def test_a_grammar_keeps_its_vocabulary_alive() -> None:
     gc.collect()
     allowed = grammar.filter(np.zeros(size, np.float32), np.array(tea, np.int32))
     assert allowed[0] == 0
+
+
+@pytest.mark.skipif(not hasattr(os, "fork"), reason="only POSIX forks")
+def test_a_fork_is_refused_and_does_not_wait_for_ever() -> None:
+    code = """
+import os
+from goalscope import GoalTracker
+from goalscope.types import ModelError
+
+def refused():
+    for tracker in (old, lambda: GoalTracker(goals=["make tea"])):
+        try:
+            tracker().observe("?", "Tea.")
+            return "not refused"
+        except ModelError as error:
+            if "forked" not in str(error):
+                return str(error)
+    return "refused"
+
+tracker = GoalTracker(goals=["make tea", "bake a cake"])
+old = lambda: tracker
+tracker.observe("?", "Put the kettle on.")
+if (child := os.fork()) == 0:
+    os.write(1, refused().encode())
+    os._exit(0)
+os.waitpid(child, 0)
+tracker.observe("?", "Tea.")
+os.write(1, b", parent goes on")
+"""
+    done = subprocess.run(
+        [sys.executable, "-c", code], capture_output=True, text=True, timeout=120, check=True
+    )
+    assert done.stdout == "refused, parent goes on"

@@ -324,6 +324,17 @@ def test_every_note_is_shown(page: Page, address: str) -> None:
     expect(page.get_by_role("log").get_by_text(unexplained)).to_have_count(0)
 
 
+def test_it_is_shown_how_the_words_were_read(page: Page, address: str) -> None:
+    say(page, WANTS)
+    rounds(page, 1)
+    episode = page.url.rpartition("/")[2]
+    (told,) = page.request.get(f"{address}/api/episodes/{episode}").json()["rounds"]
+    assert told["understood"]
+    read = page.get_by_role("log").locator(".read").first  # the next one has nothing to show yet
+    expect(read).to_have_text(f"Understood: {'; '.join(told['understood'])}")
+    expect(read).to_be_visible()
+
+
 def test_a_note_that_is_said_again_is_small(page: Page) -> None:
     for number in (1, 2):
         say(page, "add unicorn")

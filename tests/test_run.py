@@ -199,7 +199,7 @@ def test_the_evaluators_cells_come_after_the_episodes(results, fake, tmp_path, m
     judged = Experiment("x", episodes=plan.episodes, judge=Judge(trials=2))
     steps = run(specs_of(judged, None), results, judged)
     assert order == [("episode", "silent"), ("episode", "shopper"), ("judge", "shopper")]
-    assert [(done, total) for *_, done, total in steps] == [(0, 2), (0, 2), (1, 2), (2, 3)]
+    assert [(done, total) for *_, done, total in steps] == [(0, 4), (0, 4), (1, 4), (2, 3)]
 
 
 def test_an_episode_becomes_one_of_the_store(results, tmp_path, model, monkeypatch):

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Sequence
 from dataclasses import replace
 from typing import Literal, NamedTuple, Protocol, cast
 
@@ -46,12 +46,14 @@ def advice(
     tracker: Tracking,
     *,
     since: int = 0,
-    proposed: Mapping[Goal, int] | Mapping[str, int] | None = None,
+    proposed: Collection[Goal | str] = (),
+    sure: float = SURE,
+    lost: float = LOST,
 ) -> Advice:
     """What an assistant should do next.
 
-    "act" on the likeliest goal, which has a probability of `SURE` or more; "ask" the person; or
-    "propose" goals, as Unspecified has more than `LOST`. Before the first turn the advice is to
+    "act" on the likeliest goal, which has a probability of `sure` or more; "ask" the person; or
+    "propose" goals, as Unspecified has more than `lost`. Before the first turn the advice is to
     ask, unless the person has confirmed a goal.
 
     The likelihood hardly tells "do it" from "don't". So the advice is to ask although a goal is
@@ -62,27 +64,31 @@ def advice(
       something back ("Stop!", "I changed my mind");
     - if the newest query asked whether to go ahead ("Shall I book it?") and the answer was not a
       plain yes (see `consents`), until later words speak for the goal;
-    - if a model made the goal from the person's words, until later words speak for it.
+    - if a model proposed the goal: only the person knows whether it makes sense.
 
     A person who has just taken something back is asked, too, before other goals are proposed.
 
     Args:
         tracker: A `GoalTracker`, or another object with a belief and its turns.
         since: See `goalscope.goals.incomplete`.
-        proposed: Goals that a model proposed, or their texts, with the number of turns that each
-            was made from.
+        proposed: Goals that a model proposed, or their texts.
+        sure: Probability from 0 to 1; higher where a wrong act does more harm.
+        lost: Probability from 0 to 1.
 
     Raises:
-        InvalidInputError: `tracker` has no belief or turns, or `proposed` is no such mapping.
+        InvalidInputError: `tracker` has no belief or turns, `proposed` holds something else, or a
+            probability is none.
     """
-    return advised(tracker, since=since, proposed=proposed).advice
+    return advised(tracker, since=since, proposed=proposed, sure=sure, lost=lost).advice
 
 
 def advised(
     tracker: Tracking,
     *,
     since: int = 0,
-    proposed: Mapping[Goal, int] | Mapping[str, int] | None = None,
+    proposed: Collection[Goal | str] = (),
+    sure: float = SURE,
+    lost: float = LOST,
 ) -> Advised:
     """The same as `advice`, with the reason."""
     belief, turns = getattr(tracker, "belief", None), getattr(tracker, "turns", None)
@@ -91,36 +97,46 @@ def advised(
             "advice needs a GoalTracker, or another object with a belief and its turns, not "
             f"{tracker!r}."
         )
-    made = _made(proposed)
+    _check_probability("sure", sure)
+    _check_probability("lost", lost)
+    made = _texts(proposed)
     goal, probability = next(iter(belief.top(1)), (UNSPECIFIED, 0.0))
-    if goal != UNSPECIFIED and probability >= SURE:
-        doubt = _doubt(belief, turns, goal, made.get(canonical(goal.text), 0))
+    if goal != UNSPECIFIED and probability >= sure:
+        doubt = _doubt(belief, turns, goal, sure, made=canonical(goal.text) in made)
         return Advised("ask", doubt) if doubt else Advised("act", f"It has {probability:.0%}.")
     if not turns or not len(belief.log_likelihood):
         return Advised("ask", "Nothing was said yet.")
-    if (len(turns) > 1 or belief.pinned) and retracts(turns[-1].utterance, UNSPECIFIED):
+    stated, likeliest = next(
+        ((each, p) for each, p in belief.top() if each != UNSPECIFIED), (UNSPECIFIED, 0.0)
+    )
+    if (len(turns) > 1 or belief.pinned) and retracts(turns[-1].utterance, stated):
         return Advised("ask", "The newest words take something back.")
     if belief.is_degenerate:
         return Advised("propose", "No goal can have said these words.")
-    if UNSPECIFIED in belief.goals and incomplete(belief, LOST, since=since):
+    if UNSPECIFIED in belief.goals and incomplete(belief, lost, since=since):
         return Advised("propose", "None of the goals explains the words well.")
-    stated = next((p for each, p in belief.top() if each != UNSPECIFIED), 0.0)
-    return Advised("ask", f"The likeliest goal has {stated:.0%}; {SURE:.0%} is sure enough.")
+    return Advised("ask", f"The likeliest goal has {likeliest:.0%}; {sure:.0%} is sure enough.")
 
 
-def _made(proposed: object) -> dict[str, int]:
-    """The number of turns that goals were made from, by their `canonical` texts."""
+def _check_probability(name: str, number: object) -> None:
+    if isinstance(number, bool) or not isinstance(number, float | int) or not 0 <= number <= 1:
+        raise InvalidInputError(f"{name} must be a probability from 0 to 1, not {number!r}.")
+
+
+def _texts(proposed: object) -> set[str]:
+    """The `canonical` texts of goals."""
     try:
-        given = cast("Mapping[str | Goal, int]", proposed or {}).items()
-        return {canonical(g.text if isinstance(g, Goal) else g): n + 0 for g, n in given}
+        given = (
+            [proposed] if isinstance(proposed, str) else cast("Collection[str | Goal]", proposed)
+        )
+        return {canonical(g.text if isinstance(g, Goal) else g) for g in given}
     except (AttributeError, TypeError):
         raise InvalidInputError(
-            "proposed must map goals to the number of turns that each was made from, not "
-            f"{proposed!r}."
+            f"proposed must hold goals or their texts, not {proposed!r}."
         ) from None
 
 
-def _doubt(belief: Belief, turns: Sequence[Turn], goal: Goal, made: int) -> str:
+def _doubt(belief: Belief, turns: Sequence[Turn], goal: Goal, sure: float, *, made: bool) -> str:
     """Why a sure goal is not acted on; "" if it is."""
     if (len(belief.log_likelihood), goal) in belief.pinned:
         return ""
@@ -139,15 +155,16 @@ def _doubt(belief: Belief, turns: Sequence[Turn], goal: Goal, made: int) -> str:
     for number, doubt in enumerate(doubts[first:]):
         plain = plain.without(number) if doubt else plain
     left = plain.probability[belief.goals.index(goal)]
-    if left < SURE:
+    if left < sure:
         return (
             f"Without the words that deny, ask, suppose or were taken back it has only {left:.0%}."
         )
+    if made and goal not in {each for _, each in pinned}:
+        return "A model proposed this goal, and the person has not confirmed it."
     refused = max((n for n, each in enumerate(answers, 1) if each is False), default=0)
-    made = max(made, 0 if answers[-1] else refused)
-    if not made or goal in {each for when, each in pinned if when >= refused}:
+    if not refused or answers[-1] or goal in {each for when, each in pinned if when >= refused}:
         return ""
-    later = plain.evidence[made:]
+    later = plain.evidence[refused:]
     against = later[:, [each == UNSPECIFIED for each in belief.goals]].sum()
     speaks = later[:, belief.goals.index(goal)].sum() > against + np.finfo(float).eps
     return "" if speaks else "Later words must speak for it first."

@@ -119,14 +119,11 @@ class Tracked:
         return advised(self, since=since, proposed=self.proposed)
 
     @property
-    def proposed(self) -> dict[Goal, int]:
-        """The number of turns that each goal was made from; see `goalscope.advice.advice`."""
-        return {
-            each.goal: round.number if each.source == "model" else 0
-            for round in self.rounds
-            for each in round.changes
-            if each.kind == "added"
-        }
+    def proposed(self) -> set[Goal]:
+        """The goals that a model proposed; see `goalscope.advice.advice`."""
+        came = [each for r in self.rounds for each in r.changes if each.kind == "added"]
+        source = {each.goal: each.source for each in came}  # of the newest change
+        return {goal for goal, each in source.items() if each == "model"}
 
 
 class Trackers:

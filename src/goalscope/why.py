@@ -87,12 +87,14 @@ def reasons(belief: Belief, turns: Sequence[Turn], goal: str | Goal) -> list[Rea
     ]
 
 
-def in_words(belief: Belief, turns: Sequence[Turn]) -> str:
+def in_words(belief: Belief, turns: Sequence[Turn], *, doubted: bool = False) -> str:
     """What a person seems to want, how sure that is, why, and what else it could be.
 
     Args:
         belief: Over their goals.
         turns: What was said.
+        doubted: Whether it is not to be acted on, however probable it is (see
+            `goalscope.advice.advice`).
     """
     ranked = [(goal, p) for goal, p in belief.top() if p >= _WORTH_TELLING][:3]
     stated = [each for each in ranked if each[0] != UNSPECIFIED]
@@ -101,7 +103,7 @@ def in_words(belief: Belief, turns: Sequence[Turn]) -> str:
     goal, probability = stated[0]
     told = f"{_named(goal)} ({_percent(probability)}){_because(belief, turns, goal)}"
     rest = [f"{_named(other)} ({_percent(p)})" for other, p in ranked if other != goal]
-    if ranked[0][0] != goal or probability < _LIKELY:
+    if doubted or ranked[0][0] != goal or probability < _LIKELY:
         lead = "I am not sure what you want. Perhaps this"
     else:
         lead = "I think this is what you want"

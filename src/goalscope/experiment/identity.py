@@ -85,12 +85,14 @@ def person_of(profile: Profile) -> dict[str, Any]:
 
 
 def hashes_of(settings: Settings) -> dict[str, str]:
-    """Hashes of the files named in the settings: domain, people, catalogue and so on."""
+    """Hashes of the files named in the settings: domain, catalogue and so on.
+
+    Not of the file of people, of whom a cell holds its own (see `person_of`).
+    """
     own = settings.likelihood.rpartition(":")[0] if settings.likelihood else None
     named = {
         "domain": None if settings.domain in get_args(Domain) else settings.domain,
         "likelihood": own,
-        "profiles": settings.profiles,
         "catalogue": settings.catalogue,
         "scene": settings.scene,
         "calibration": settings.calibration,

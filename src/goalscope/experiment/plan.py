@@ -374,7 +374,8 @@ def _episode_specs(part: EpisodesPart, model: Model) -> Iterator[dict[str, Any]]
     names = tuple(known) if part.profiles == ("all",) else part.profiles
     for name in names:
         if name not in known:
-            raise InvalidInputError(f"Unknown profile {shown(name)}; {nearest(name, known)}")
+            hint = " A file of people is named by 'people'." if name.endswith(".toml") else ""
+            raise InvalidInputError(f"Unknown profile {shown(name)}; {nearest(name, known)}{hint}")
     for human, seed, calibration, layout, name, method in itertools.product(
         part.humans,
         part.seeds,

@@ -31,7 +31,7 @@ class Done:
         cell: The cell that was run; None before the first.
         error: Why it failed; None if it did not.
         done: Number of cells with results.
-        total: Number of cells planned so far.
+        total: Number of all cells, with the evaluator's to come.
     """
 
     cell: Cell | None
@@ -95,8 +95,11 @@ def run(
         planned = results.plan(wanted.values())
         results.ask_for(planned, command)
         done = sum(cell.result is not None for cell in planned)
+        episodes = sum(spec["kind"] == "episode" for spec in specs)
+        to_come = 0 if evaluating or not experiment.judge.trials else episodes - len(judged)
+        total = len(planned) + to_come
         if not evaluating:
-            yield Done(None, None, done, len(planned))
+            yield Done(None, None, done, total)
         missing = [
             replace(cell, spec=wanted[cell.key])  # never what else a file says
             for cell in planned
@@ -108,7 +111,7 @@ def run(
             for cell, error in measured:
                 done += error is None
                 failures = failures + 1 if error and error != cell.error else 0
-                yield Done(cell, error, done, len(planned))
+                yield Done(cell, error, done, total)
                 if failures == _FAILURES:
                     raise GoalscopeError(
                         f"{_FAILURES} cells failed in a row. The last error: {error} Results "

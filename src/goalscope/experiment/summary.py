@@ -8,10 +8,12 @@ import html
 import io
 import json
 import math
+import os
 import re
 import unicodedata
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
+from pathlib import Path
 from typing import Any, Literal, cast
 
 from goalscope.models.opening import model_label
@@ -349,7 +351,9 @@ def _key(value: object) -> str:
 def _value(value: object) -> str:
     if isinstance(value, list | tuple):
         return " > ".join(map(_value, cast("Sequence[object]", value)))
-    return value if isinstance(value, str) else _key(value)
+    if isinstance(value, str):
+        return Path(value).name if os.path.isabs(value) else value
+    return _key(value)
 
 
 def _hundredths(fraction: float) -> str:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from abc import abstractmethod
 from collections.abc import Callable, Mapping, Sequence
 from functools import wraps
@@ -31,18 +32,39 @@ __all__ = ["LocalModel", "synchronized"]
 _SUREST = 99.0
 """Nats by which a token leads at most: all, where the grammar allows no other."""
 
+_FORKED = (
+    "This process was forked from one that has opened a model, whose threads it lacks. Open models "
+    "after the fork, or start processes by the method 'spawn'."
+)
+
+_process: int | None = None
+"""The id of the process that has opened a model, of which a fork inherits a copy."""
+
 _Method = TypeVar("_Method", bound=Callable[..., Any])
+
+
+def _refuse_fork() -> None:
+    """Refuse to compute in a fork, which would wait for ever for threads that it lacks.
+
+    Raises:
+        ModelError: A model was opened before this process was forked.
+    """
+    global _process
+    _process = _process or os.getpid()
+    if _process != os.getpid():
+        raise ModelError(_FORKED)
 
 
 def synchronized(method: _Method) -> _Method:
     """Have a method of a `LocalModel` wait for the calls of other threads, and refuse when closed.
 
     Raises:
-        ModelError: The model is closed.
+        ModelError: The model is closed, or this is a fork of the process that opened it.
     """
 
     @wraps(method)
     def waiting(model: LocalModel, *args: Any, **kwargs: Any) -> Any:
+        _refuse_fork()
         with model.busy:
             if model.closed:
                 raise ModelError(CLOSED)
@@ -70,6 +92,7 @@ class LocalModel(TokenScorer):
     adapter_metadata: Mapping[str, str]
 
     def __init__(self) -> None:
+        _refuse_fork()
         self.busy, self.closed = RLock(), False
         self._guide: Any = None
 

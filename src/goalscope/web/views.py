@@ -13,6 +13,7 @@ from goalscope import episode as episodes
 from goalscope.advice import Advice
 from goalscope.agent import NO_GOAL
 from goalscope.dialog import AGREES, DECLINES
+from goalscope.display import order_in_words
 from goalscope.ranking import Ranking
 from goalscope.safe_text import model_shown
 from goalscope.store import EpisodeInfo
@@ -120,13 +121,14 @@ class ActionView(BaseModel):
 class RoundView(BaseModel):
     """One round: words, belief and actions.
 
-    `state` is the fingerprint of the state after it. The page shows `belief_note` beside the
-    belief, and `notes` below the actions.
+    `understood` is how the words were read, one order each. `state` is the fingerprint of the state
+    after the round. The page shows `belief_note` beside the belief, and `notes` below the actions.
     """
 
     number: int
     query: str
     utterance: str
+    understood: list[str]
     belief: BeliefView | None
     belief_note: str
     changes: list[ChangeView]
@@ -145,6 +147,7 @@ class RoundView(BaseModel):
             number=round.number,
             query=round.turn.query,
             utterance=round.turn.utterance,
+            understood=[*map(order_in_words, round.reading.orders)] if round.reading else [],
             belief=BeliefView.of(round.belief)
             if isinstance(round.belief, beliefs.Belief)
             else None,
@@ -295,7 +298,7 @@ class TrackerView(BaseModel):
             turn=len(tracked.turns),
             advice=advice,
             because=because,
-            in_words=in_words(tracked.belief, tracked.turns),
+            in_words=in_words(tracked.belief, tracked.turns, doubted=advice not in ("act", None)),
             belief=BeliefView.of(tracked.belief),
             changes=[ChangeView.of(change) for change in tracked.changes],
             notes=list(tracked.notes),

@@ -8,7 +8,7 @@
  * @typedef {{id: string, created: string, domain: string, profile: ?string, method: string,
  *   model: string, task: string, ended: ?("terminated"|"truncated"), score: ?number,
  *   rounds: number, first_words: string, mine: boolean}} Episode
- * @typedef {{number: number, query: string, utterance: string, belief: ?Belief,
+ * @typedef {{number: number, query: string, utterance: string, understood: string[], belief: ?Belief,
  *   belief_note: string, changes: Change[], actions: Action[], replans: number,
  *   status: string, notes: string[], question: string, state: string, terminated: boolean}} Round
  * @typedef {{phase: "idle"|"waiting"|"thinking", place: number, step: string, query: ?string,

@@ -92,12 +92,14 @@ class Exchange {
     this.settled = false;
     this.query = bubble("agent", "Assistant");
     this.utterance = bubble("person", "You");
+    this.read = h("p", { class: "read", hidden: true });
     this.done = h("div", { class: "done-list" });
     this.element = h(
       "div",
       { class: "exchange", "data-round": number },
       this.query.element,
       this.utterance.element,
+      this.read,
       this.done,
     );
     this.say(null, null);
@@ -117,6 +119,8 @@ class Exchange {
     this.settled = true;
     this.say(round.query, round.utterance);
     const told = round.replans ? [`The agent replanned ${round.replans === 1 ? "once" : `${round.replans} times`}.`] : [];
+    this.read.hidden = !round.understood.length;
+    setText(this.read, `Understood: ${round.understood.join("; ")}`);
     this.done.replaceChildren(
       ...(round.actions.length ? [actionList(round.actions, this.named)] : []),
       ...told.map((each) => h("p", {}, each)),
