@@ -29,6 +29,7 @@ from goalscope.experiment.summary import (
     slug,
 )
 from goalscope.judge import JUDGE_TEMPERATURE
+from goalscope.modules import MODULES
 from goalscope.stats import paired_difference, pooled_sd_of_mean
 from goalscope.types import pluralize
 
@@ -328,7 +329,8 @@ def _shared(spec: Mapping[str, Any]) -> dict[str, Any]:
     """The settings shared by all runs of a group."""
     own = ("method", "seed", "domain", "profiles", "human")
     kept = {key: value for key, value in spec["settings"].items() if key not in own}
-    return {**DEFAULTS, **kept, "model": spec["model"]}
+    every = {"prompted": "all"} if set(kept.get("prompted", ())) == {*MODULES} else {}
+    return {**DEFAULTS, **kept, **every, "model": spec["model"]}
 
 
 def _by_profile(runs: Iterable[Record], key: str) -> dict[str, list[float]]:

@@ -116,7 +116,16 @@ def ablation_figure(samples: Sequence[Sample]) -> Figure | None:
         return None
     panels = [*dict.fromkeys(panel for each in samples for panel in _panels(each))]
     panels.sort(key=lambda panel: panel.measure in ("score", "unwanted"))
-    rows = [(_sample_label(each), each, None) for each in samples]
+    told = [each.title.split(", ") for each in samples]
+    shared = {part for part in told[0] if all(part in parts for parts in told)}
+    labels = [
+        ", ".join([domain, *(each for each in rest if each not in shared)])
+        for domain, *rest in told
+    ]
+    rows = [
+        ("\n".join(wrap(shortened(label, 120), 34)), each, None)
+        for label, each in zip(labels, samples, strict=True)
+    ]
     caption = (
         f"The ablation in every setting. Points: means over people of the means over their runs. "
         f"{{bars}}People: {'; '.join(f'{_sizes(each)} in {each.title}' for each in samples)}."
@@ -297,11 +306,6 @@ def _counts(episodes: Sample, panels: Sequence[_Panel]) -> str:
 
 def _sizes(episodes: Sample) -> int:
     return len({run["profile"] for run in episodes.records})
-
-
-def _sample_label(episodes: Sample) -> str:
-    """The sample's title for an axis, on several lines."""
-    return "\n".join(wrap(shortened(episodes.title, 120), 34))
 
 
 def _label(name: str) -> str:
