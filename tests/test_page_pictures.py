@@ -30,12 +30,13 @@ TALL = {"width": 1280, "height": 1360}
 PAPER = {"width": 800, "height": 860}
 PHONE = {"width": 390, "height": 780}
 SHOPPING = (
-    "I'm cooking an Italian dinner for two friends on Friday.",
-    "They eat no meat, and they love mushrooms.",
-    "Please add a bottle of red wine, and some bread.",
+    "I'm making pancakes for my niece on Sunday.",
+    "She can't have dairy.",
+    "Please add some blueberries, and a bottle of apple juice.",
 )
 TIDYING = (
-    "We will have breakfast soon. Please put the tomato into the fridge, and wash the dirty mug.",
+    "I have friends coming for coffee soon. Please put the tomato into the fridge, and wash the "
+    "dirty mug.",
     "Could you slice the bread for us?",
 )
 STUDY = Plan(
@@ -231,7 +232,7 @@ def test_a_study_of_what_came_of_it(tour: Tour) -> None:
     page.get_by_role("button", name="Take part").click()
     page.get_by_role("link", name="Go to the questions").click()
     page.get_by_role("radio", name="2").check()
-    page.get_by_label("Why?").fill("Mushrooms, bread and wine fit the dinner; soy sauce does not.")
+    page.get_by_label("Why?").fill("All of it fits the pancakes, but nobody asked for gluten-free flour.")
     expect(page.get_by_role("status")).to_have_text("Saved")
     page.set_viewport_size(PHONE)
     assert page.evaluate(LOOKS)["faults"] == []
