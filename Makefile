@@ -63,10 +63,10 @@ package:  ## built, and installed in an empty environment of each Python from 3.
 	rm -rf dist build/package && $(PYTHON) -m venv build/package/build
 	build/package/build/bin/python -m pip install --quiet build && build/package/build/bin/python -m build
 	@for python in python3.11 python3.12 python3.13; do \
-		command -v $$python >/dev/null || { echo "$$python: not here"; continue; }; \
+		$$python -c "" 2>/dev/null || { echo "$$python: not here"; continue; }; \
 		here=build/package/$$python; \
 		$$python -m venv $$here && $$here/bin/python -m pip install --quiet dist/*.whl || exit 1; \
-		echo "$$python: $$(du -sm $$here | cut -f 1) MB, $$(cd $$here && bin/goalscope doctor | grep '^problems')"; \
+		echo "$$python: $$(du -sm $$here | cut -f 1) MB, $$(cd $$here && HOME=$$PWD bin/goalscope doctor | grep '^problems')"; \
 	done
 
 audit:  ## known weaknesses of every pinned package
