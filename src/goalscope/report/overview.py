@@ -4,11 +4,12 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable, Sequence
+from dataclasses import replace
 
 from goalscope.experiment.beliefs import EQ1, TURN
 from goalscope.experiment.episodes import METHODS
 from goalscope.experiment.predictors import GOALSCOPE
-from goalscope.experiment.summary import Entry, Row, Table
+from goalscope.experiment.summary import Entry, Row, Table, few_notes
 from goalscope.report.sections import Section
 
 __all__ = ["summary_of"]
@@ -131,4 +132,5 @@ def _table(
                     if section.done < section.planned:
                         line["cells so far"] = f"{section.done:,} of {section.planned:,}"
                     rows.append(line)
-    return Table(f"summary-{name}", title, rows, (note,))
+    table = Table(f"summary-{name}", title, rows, (note,))
+    return replace(table, notes=(*table.notes, *few_notes(table)))
