@@ -264,23 +264,19 @@ class Labels:
 
     def __init__(self, settings: Iterable[Mapping[str, Any]]) -> None:
         known = {_key(each): each for each in settings}
-        fields = dict.fromkeys(key for each in known.values() for key in each)
-        differ = [f for f in fields if len({_key(each.get(f)) for each in known.values()}) > 1]
         names = {key: model_label(each["model"]) for key, each in known.items()}
         self._labels: dict[str, str] = {}
         for key, each in known.items():
             label = names[key]
-            if list(names.values()).count(label) > 1:
-                own = {f: each.get(f) for f in differ if f != "model"}
-                parts = [
-                    f"{f} {_value(value)}"
-                    for f, value in own.items()
-                    if value not in (None, (), [])
-                ]
-                same = [k for k in known if names[k] == label]
-                if len({_key(known[k].get("model")) for k in same}) > 1:
-                    parts.append(_value(each.get("model")))
-                label = ", ".join([label, *parts])
+            same = [k for k in known if names[k] == label]
+            fields = dict.fromkeys(field for k in same for field in known[k])
+            own = [f for f in fields if len({_key(known[k].get(f)) for k in same}) > 1]
+            parts = [
+                f"{f} {_value(each.get(f))}" if f != "model" else _value(each.get(f))
+                for f in own
+                if each.get(f) not in (None, (), [])
+            ]
+            label = ", ".join([label, *parts])
             self._labels[key] = label
 
     def __getitem__(self, settings: Mapping[str, Any]) -> str:
