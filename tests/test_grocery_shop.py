@@ -408,6 +408,9 @@ def test_undo_brings_nothing_back_that_is_ruled_out_or_bought() -> None:
         ("basket", "That leaves $12.82 of the $20.00"),
         ("everything", "has to be nut-free"),
         ("unicorn steak", 'nothing called "unicorn steak"'),
+        ("cheddar", "The shop has Cheddar Cheese (250 g), $3.69, labelled"),
+        ("cheddar", "; Vegan Shredded Cheddar"),
+        ("salmon", "The shop has Salmon Fillets"),
         ("peanut butter", "Creamy Peanut Butter: it has to be nut-free."),
     ],
 )

@@ -232,7 +232,9 @@ def test_a_study_of_what_came_of_it(tour: Tour) -> None:
     page.get_by_role("button", name="Take part").click()
     page.get_by_role("link", name="Go to the questions").click()
     page.get_by_role("radio", name="2").check()
-    page.get_by_label("Why?").fill("All of it fits the pancakes, but nobody asked for gluten-free flour.")
+    page.get_by_label("Why?").fill(
+        "All of it fits the pancakes, but nobody asked for gluten-free flour."
+    )
     expect(page.get_by_role("status")).to_have_text("Saved")
     page.set_viewport_size(PHONE)
     assert page.evaluate(LOOKS)["faults"] == []

@@ -117,6 +117,7 @@ REFUSED = [
     ("episodes = {domain = 'grocery', humans = 'tersee'}", "'tersee'", "'terse'"),
     ("episodes = {domain = 'grocery', layouts = 'goal-lst'}", "'goal-lst'", "'goal-last'"),
     ("episodes = {domain = 'grocery', profiles = 'souup'}", "'souup'", "'soup'"),
+    ("episodes = {domain = 'grocery', profiles = 'people.toml'}", "named by 'people'"),
     ("dialogues = {set = 'teech'}", "'teech'", "'teach'"),
     ("dialogues = {set = 'mcq'}", "'mcq'", "teach"),
     ("dialogues = {set = 'teach', goal_sets = 'rndom'}", "'rndom'", "'random'"),
@@ -243,6 +244,27 @@ def test_a_scalar_stands_for_a_list_of_one(tmp_path):
     assert found.episodes == (EpisodesPart("house", seeds=(3,), humans=("terse",)),)
     assert found.questions == (QuestionsPart("x", layouts=("goal-first",)),)
     assert (found.name, found.title, found.judge.trials) == ("x", "x", 0)
+
+
+def test_other_models_take_the_place_of_all(tmp_path):
+    text = """
+    [[episodes]]
+    domain = "house"
+    [[episodes]]
+    domain = "house"
+    models = ["small.gguf", "large.gguf"]
+    [[episodes]]
+    domain = "grocery"
+    models = "large.gguf"
+    [judge]
+    model = "large.gguf"
+    """
+    found = read(tmp_path, text).with_models(({"model": "own.gguf"},))
+    specs = specs_of(found, None)
+    assert {json.dumps(spec["model"]) for spec in specs} == {'{"model": "own.gguf"}'}
+    assert [part.domain for part in found.episodes] == ["house", "grocery"]
+    assert len({cell_key(spec) for spec in specs}) == len(specs)
+    assert found.judge.model == {"model": "large.gguf"}
 
 
 def test_models_are_names_or_tables_and_the_embedded_one_needs_no_name(tmp_path):

@@ -554,6 +554,40 @@ def in_settings() -> list[tuple[dict, dict]]:
     return [*plain, *others]
 
 
+def test_settings_that_differ_never_share_a_label(tmp_path: Path) -> None:
+    runs: list[tuple[dict, dict]] = []
+    for folder, score in (("/one", 0.0), ("/two", 1.0)):
+        for own in ({"profiles": f"{folder}/aims.toml"}, {"catalogue": f"{folder}/goods.csv"}):
+            spec, result = episode("good", "anna", score)
+            runs.append(({**spec, "settings": {**spec["settings"], **own}}, result))
+    fill(tmp_path / "r.db", runs)
+    (section,) = read_report(tmp_path / "r.db", draw=False).sections
+    found = [each for each in section.tables if each.name.endswith("-methods")]
+    assert sorted(each.rows[0]["score"].value for each in found) == [0, 0, 1, 1]
+    assert [each for each in found if each.rows[0]["runs"] != 1] == []
+
+
+def test_settings_that_are_not_the_usual_ones_are_told_of_a_model_that_has_no_others(
+    tmp_path: Path,
+) -> None:
+    spec, result = episode("good", "anna", 1.0)
+    own = {**spec["settings"], "k": 1, "prompted": ["propose", "remove", "plan", "query"]}
+    fill(tmp_path / "r.db", [({**spec, "settings": own}, result)])
+    (section,) = read_report(tmp_path / "r.db", draw=False).sections
+    assert section.tables[1].title.endswith("Instruct, k 1, prompted all")
+
+
+def test_each_of_several_evaluators_is_named(tmp_path: Path) -> None:
+    (one, first), (two, second) = (episode("good", "anna", n) for n in (0.5, 1.0))
+    two["settings"] = {**two["settings"], "human": "simulated"}
+    judges = [judged(one, [3.0]), judged(two, [1.5])]
+    judges[1][0]["model"] = {"model": "other.gguf"}
+    every, *_ = drawn(tmp_path, [(one, first), (two, second), *judges])
+    said = " ".join(texts(every))
+    assert "evaluator's score by other" in said
+    assert "evaluator's score by SmolLM2" in said
+
+
 def test_several_settings_stand_in_one_figure(tmp_path: Path) -> None:
     every, *_ = drawn(tmp_path, in_settings())
     assert every.name == "ablation"

@@ -23,7 +23,7 @@ from goalscope.experiment.plan import (
     Judge,
     specs_of,
 )
-from goalscope.experiment.results import Results
+from goalscope.experiment.results import Results, cell_key
 from goalscope.experiment.tables import tables_of
 from goalscope.experiment.work import measure, perform
 from goalscope.types import GoalscopeError, InvalidInputError
@@ -156,6 +156,18 @@ def test_people_who_are_edited_after_the_plan_are_not_measured(results, tmp_path
     assert specs_of(shop(tmp_path, "silent"), None) == specs  # as they were before
 
 
+def test_a_person_who_is_edited_is_measured_again_and_nobody_else_is(tmp_path):
+    before = specs_of(shop(tmp_path, "silent", "shopper"), None)
+    plan = shop(tmp_path, "silent", "shopper")
+    (tmp_path / "people.toml").write_text(PEOPLE.replace("You want nothing.", "You want tea."))
+    after = specs_of(plan, None)
+    same = [cell_key(a) == cell_key(b) for a, b in zip(before, after, strict=True)]
+    assert [(spec["profile"], each) for spec, each in zip(after, same, strict=True)] == [
+        ("silent", False),
+        ("shopper", True),
+    ]
+
+
 def test_what_was_measured_with_another_model_is_not_mixed(results, fake, monkeypatch):
     run(fakes(1), results)
     monkeypatch.setattr(NamedModel, "fingerprint", "words 2")
@@ -197,7 +209,8 @@ def test_the_evaluators_cells_come_after_the_episodes(results, fake, tmp_path, m
     monkeypatch.setitem(work.KINDS, "judge", fake_judge)
     plan = shop(tmp_path, "silent", "shopper")
     judged = Experiment("x", episodes=plan.episodes, judge=Judge(trials=2))
-    steps = run(specs_of(judged, None), results, judged)
+    specs = specs_of(judged, None)
+    steps = run([*specs, specs[1]], results, judged)  # one is asked for twice
     assert order == [("episode", "silent"), ("episode", "shopper"), ("judge", "shopper")]
     assert [(done, total) for *_, done, total in steps] == [(0, 4), (0, 4), (1, 4), (2, 3)]
 

@@ -79,6 +79,12 @@ def test_long_goals_and_words_are_cut() -> None:
     assert len(in_words(belief, [Turn("And?", "Yes. " * 99)])) < 300
 
 
+def test_what_is_not_to_be_acted_on_is_told_as_unsure_however_probable() -> None:
+    belief = belief_of([[-99, -1, -99, -99]])
+    told = in_words(belief, TURNS[:1], doubted=True)
+    assert told.startswith("I am not sure what you want. Perhaps this: bake cake (99%)")
+
+
 def test_a_belief_without_words_is_told_by_what_is_known() -> None:
     assert "I am not sure" in in_words(belief_of(np.zeros((0, 4))), [])
     assert in_words(Belief.uniform([UNSPECIFIED]), []) == "I do not know yet what you want."

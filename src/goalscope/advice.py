@@ -76,8 +76,8 @@ def advice(
         lost: Probability from 0 to 1.
 
     Raises:
-        InvalidInputError: `tracker` has no belief or turns, `proposed` holds something else, or a
-            probability is none.
+        InvalidInputError: `tracker` has no belief or turns, `proposed` holds something else, or
+            `sure` or `lost` is not a probability.
     """
     return advised(tracker, since=since, proposed=proposed, sure=sure, lost=lost).advice
 

@@ -105,16 +105,17 @@ def read_episodes(cells: Sequence[Cell]) -> tuple[Sample, ...]:
         cells: Of any kind, which have results.
     """
     measured = [(cell.spec, cell.result or {}) for cell in cells]
-    labels = Labels(_shared(spec) for spec, _ in chosen(measured, "episode"))
+    labels = Labels((_shared(spec) for spec, _ in chosen(measured, "episode")), DEFAULTS)
     groups: dict[tuple[str, str, str, str], dict[str, Cell]] = {}
     for cell in cells:
         if cell.spec.get("kind") == "episode":
             settings = cell.spec["settings"]
-            people = Path(settings.get("profiles") or "").stem
+            people = settings.get("profiles") or ""
             key = settings["domain"], people, settings["human"], labels[_shared(cell.spec)]
             groups.setdefault(key, {})[cell.key] = cell
     judged = chosen(measured, "judge")
     judges = Labels(evaluator_of(spec) for spec, _ in judged)
+    several = len({judges[evaluator_of(spec)] for spec, _ in judged}) > 1
     samples: list[Sample] = []
     for (domain, people, human, model), runs in sorted(groups.items()):
         readings: dict[str, dict[str, Reading]] = {key: {} for key in runs}
@@ -126,8 +127,8 @@ def read_episodes(cells: Sequence[Cell]) -> tuple[Sample, ...]:
                 readings[run.key][judge] = reading_of(spec, result, empty=empty)
                 notes[_how_asked(judge, spec, run.spec["model"])] = None
         order = sorted(runs.values(), key=_place)
-        records = _records(order, [readings[run.key] for run in order])
-        where = [Path(domain).stem, *([people] if people else [])]
+        records = _records(order, [readings[run.key] for run in order], several=several)
+        where = [Path(file).stem for file in (domain, people) if file]
         name = "-".join(map(slug, (*where, human, model)))
         title = f"{', '.join(where)}, {human} human, {model}"
         samples.append(Sample(name, title, records, tuple(notes)))
@@ -209,8 +210,10 @@ def evaluator_of(spec: Mapping[str, Any]) -> dict[str, Any]:
     return {**asked, "temperature": _temperature(spec)}
 
 
-def _records(runs: Sequence[Cell], readings: Sequence[Mapping[str, Reading]]) -> list[Record]:
-    judges = [*dict.fromkeys(judge for each in readings for judge in each)]
+def _records(
+    runs: Sequence[Cell], readings: Sequence[Mapping[str, Reading]], *, several: bool
+) -> list[Record]:
+    """A record of each run; `several` says that there are several evaluators."""
     records: list[Record] = []
     for run, read in zip(runs, readings, strict=True):
         result, settings = run.result or {}, run.spec["settings"]
@@ -224,7 +227,7 @@ def _records(runs: Sequence[Cell], readings: Sequence[Mapping[str, Reading]]) ->
         if result.get("unwanted") is not None:
             record["unwanted"] = float(len(result["unwanted"]))
         for judge, reading in read.items():
-            by = f" by {judge}" if len(judges) > 1 else ""
+            by = f" by {judge}" if several else ""
             record |= {f"trials{by}": reading.trials, f"unscored{by}": reading.unscored}
             if reading.trials:
                 record[f"judge score{by}"] = mean(reading.trials)
@@ -314,9 +317,9 @@ def _writer(model: Mapping[str, Any]) -> object:
     return model.get("generator") or model.get("model")
 
 
-def methods_of(sample: Sample) -> list[str]:
+def methods_of(*samples: Sample) -> list[str]:
     """The methods, in the order of the paper."""
-    found = {run["method"] for run in sample.records}
+    found = {run["method"] for sample in samples for run in sample.records}
     return [*(each for each in METHODS if each in found), *sorted(found - {*METHODS})]
 
 

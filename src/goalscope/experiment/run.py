@@ -95,8 +95,8 @@ def run(
         planned = results.plan(wanted.values())
         results.ask_for(planned, command)
         done = sum(cell.result is not None for cell in planned)
-        episodes = sum(spec["kind"] == "episode" for spec in specs)
-        to_come = 0 if evaluating or not experiment.judge.trials else episodes - len(judged)
+        unfinished = sum(c.spec["kind"] == "episode" and c.result is None for c in planned)
+        to_come = unfinished if experiment.judge.trials and not evaluating else 0
         total = len(planned) + to_come
         if not evaluating:
             yield Done(None, None, done, total)

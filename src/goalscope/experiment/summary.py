@@ -11,6 +11,7 @@ import math
 import os
 import re
 import unicodedata
+from collections import Counter
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -256,32 +257,44 @@ def mean_of(records: Iterable[Record], key: str, form: Form = "number") -> Estim
 class Labels:
     """Short labels for settings: the model's name, and what else distinguishes them.
 
-    What is None or empty is not in a label.
+    What is None or empty is not in a label, and a path is its last part, as long as no two settings
+    share a label.
 
     Args:
         settings: All that occur; equal ones share a label.
+        usual: Values that are told only where they distinguish settings of one model; any other
+            value of these fields is told in any case.
     """
 
-    def __init__(self, settings: Iterable[Mapping[str, Any]]) -> None:
+    def __init__(
+        self, settings: Iterable[Mapping[str, Any]], usual: Mapping[str, Any] | None = None
+    ) -> None:
         known = {_key(each): each for each in settings}
         names = {key: model_label(each["model"]) for key, each in known.items()}
-        self._labels: dict[str, str] = {}
+        told: dict[str, dict[str, Any]] = {}
         for key, each in known.items():
-            label = names[key]
-            same = [k for k in known if names[k] == label]
-            fields = dict.fromkeys(field for k in same for field in known[k])
-            own = [f for f in fields if len({_key(known[k].get(f)) for k in same}) > 1]
-            parts = [
-                f"{f} {_value(each.get(f))}" if f != "model" else _value(each.get(f))
-                for f in own
-                if each.get(f) not in (None, (), [])
-            ]
-            label = ", ".join([label, *parts])
-            self._labels[key] = label
+            same = [known[k] for k in known if names[k] == names[key]]
+            differ = [f for f in each if len({_key(other.get(f)) for other in same}) > 1]
+            differ += [f for f, value in (usual or {}).items() if _key(each.get(f)) != _key(value)]
+            kept = {f: each.get(f) for f in dict.fromkeys(differ)}
+            told[key] = {f: value for f, value in kept.items() if value not in (None, (), [])}
+        self._labels = {key: _label(names[key], told[key]) for key in known}
+        taken = Counter(self._labels.values())
+        for key, label in self._labels.items():
+            if taken[label] > 1:
+                self._labels[key] = _label(names[key], told[key], whole=True)
 
     def __getitem__(self, settings: Mapping[str, Any]) -> str:
         """The label of some of the given settings."""
         return self._labels[_key(settings)]
+
+
+def _label(name: str, told: Mapping[str, Any], *, whole: bool = False) -> str:
+    parts = (
+        f"{'' if field == 'model' else f'{field} '}{_value(value, whole=whole)}"
+        for field, value in told.items()
+    )
+    return ", ".join([name, *parts])
 
 
 def few_notes(table: Table) -> tuple[str, ...]:
@@ -344,11 +357,12 @@ def _key(value: object) -> str:
     return json.dumps(value, sort_keys=True, default=str)
 
 
-def _value(value: object) -> str:
+def _value(value: object, *, whole: bool) -> str:
+    """A setting in words; of a path the last part, unless it is to be `whole`."""
     if isinstance(value, list | tuple):
-        return " > ".join(map(_value, cast("Sequence[object]", value)))
+        return " > ".join(_value(each, whole=whole) for each in cast("Sequence[object]", value))
     if isinstance(value, str):
-        return Path(value).name if os.path.isabs(value) else value
+        return Path(value).name if os.path.isabs(value) and not whole else value
     return _key(value)
 
 

@@ -101,7 +101,9 @@ class LocalModel(TokenScorer):
     self_test = synchronized(TokenScorer.self_test)
 
     def close(self) -> None:
-        """Free the memory; later calls raise a `ModelError`."""
+        """Free the memory; later calls raise a `ModelError`. A fork leaves it to its parent."""
+        if _process != os.getpid():
+            return
         with self.busy:
             if not self.closed:
                 self.closed = True

@@ -20,6 +20,7 @@ NAMES = {"good": "GOOD", "no-goals": "No Goals", "no-inference": "No Inference"}
 OVER_PEOPLE = "95 % interval over people (bootstrap)"
 OVER_TRIALS = "\N{PLUS-MINUS SIGN} pooled SD of the mean over trials, as in the paper"
 OVER_SEEDS = "\N{PLUS-MINUS SIGN} pooled SD of the mean over seeds"
+_DIFFER = "Not all means are of the same people. "
 OVER_BOTH = f"{OVER_TRIALS}; of other scores over seeds"
 
 
@@ -101,7 +102,7 @@ def _pooled(episodes: Sample, panels: Sequence[_Panel]) -> Figure:
             _scale(axis, "y", panel)
         _legend(figure, bars)
 
-    people = len({run["profile"] for run in episodes.records})
+    people = _people_in(episodes)
     caption = (
         f"Methods over {people:,} {'person' if people == 1 else 'people'}: {episodes.title}. Bars: "
         f"means over people of the means over their runs. {_told(bars)}{_counts(episodes, panels)}"
@@ -128,7 +129,8 @@ def ablation_figure(samples: Sequence[Sample]) -> Figure | None:
     ]
     caption = (
         f"The ablation in every setting. Points: means over people of the means over their runs. "
-        f"{{bars}}People: {'; '.join(f'{_sizes(each)} in {each.title}' for each in samples)}."
+        f"{{bars}}{_DIFFER if any(_differ(each, panels) for each in samples) else ''}"
+        f"People: {'; '.join(f'{_people_in(each)} in {each.title}' for each in samples)}."
     )
     return _points("ablation", caption, rows, panels)
 
@@ -136,7 +138,7 @@ def ablation_figure(samples: Sequence[Sample]) -> Figure | None:
 def _people(
     episodes: Sample, panels: Sequence[_Panel], people: Sequence[str], page: int, pages: int
 ) -> Figure:
-    everyone = len({run["profile"] for run in episodes.records})
+    everyone = _people_in(episodes)
     rows: list[_Row] = [(_label(each), episodes, each) for each in people]
     rows.append((f"all {everyone} people", episodes, None))
     part = f", part {page} of {pages}" if pages > 1 else ""
@@ -157,7 +159,7 @@ def _points(name: str, caption: str, rows: Sequence[_Row], panels: Sequence[_Pan
         rows: From top to bottom.
         panels: From left to right.
     """
-    methods = [*dict.fromkeys(method for _, each, _ in rows for method in methods_of(each))]
+    methods = methods_of(*(each for _, each, _ in rows))
     found = {
         (panel, method, row): outcome_of(episodes, panel.measure, method, person)
         for panel in panels
@@ -285,12 +287,6 @@ def _told(bars: Sequence[str]) -> str:
 def _counts(episodes: Sample, panels: Sequence[_Panel]) -> str:
     """How many runs each mean is of, and whether the methods had the same people."""
     said: list[str] = []
-    who = [
-        {run["profile"] for run in episodes.where(method=method) if panel.measure in run}
-        for panel in panels
-        for method in methods_of(episodes)
-    ]
-    differ = "" if all(each == who[0] for each in who) else "Not all means are of the same people. "
     for panel in panels:
         runs = {
             NAMES.get(method, method): sum(
@@ -301,10 +297,22 @@ def _counts(episodes: Sample, panels: Sequence[_Panel]) -> str:
         same = f"{max(runs.values())} by each method" if len({*runs.values()}) == 1 else ""
         counted = same or ", ".join(f"{n} by {method}" for method, n in runs.items())
         said.append(f"{panel.title.partition(',')[0]} {counted}")
+    differ = _DIFFER if _differ(episodes, panels) else ""
     return f"{differ}Runs: {'; '.join(said)}."
 
 
-def _sizes(episodes: Sample) -> int:
+def _differ(episodes: Sample, panels: Sequence[_Panel]) -> bool:
+    """Whether the means are of different people."""
+    who = [
+        {run["profile"] for run in episodes.where(method=method) if panel.measure in run}
+        for panel in panels
+        if any(panel.measure in run for run in episodes.records)
+        for method in methods_of(episodes)
+    ]
+    return any(each != who[0] for each in who)
+
+
+def _people_in(episodes: Sample) -> int:
     return len({run["profile"] for run in episodes.records})
 
 

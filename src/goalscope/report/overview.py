@@ -21,23 +21,23 @@ _PROMPTS = ("question", "question and choices", None)
 
 
 def _one_belief(rows: Sequence[Row]) -> list[Row]:
-    """The rows of goalscope's belief, with the log-loss of the paper's beside its own."""
-    paper = {(row["dialogues"], row["model"]): row for row in rows if row["belief"] == EQ1}
-    return [
-        {**row, _LOSS: paper[row["dialogues"], row["model"]]["log-loss"]}
-        for row in rows
-        if row["belief"] == GOALSCOPE
-    ]
+    """The rows of goalscope's belief, with the log-loss of the paper's, which comes before it."""
+    found: list[Row] = []
+    paper: Entry = None
+    for row in rows:
+        if row["belief"] == EQ1:
+            paper = row["log-loss"]
+        elif row["belief"] == GOALSCOPE:
+            found.append({**row, _LOSS: paper})
+    return found
 
 
 def _side_by_side(rows: Sequence[Row]) -> list[Row]:
     """One row with the scores of all methods, and then what was unwanted."""
-    return [
-        {
-            "people": max(int(str(row["profiles"])) for row in rows),
-            **{f"{row['method']}, {key}": row.get(key) for key in _MEASURES for row in rows},
-        }
-    ]
+    people = [*dict.fromkeys(row["profiles"] for row in rows)]
+    entries = {f"{row['method']}, {key}": row.get(key) for key in _MEASURES for row in rows}
+    number = people[0] if len(people) == 1 else " or ".join(map(str, people))
+    return [{"people": number, **entries}]
 
 
 _MEASURES = ("score", "unwanted")
@@ -55,7 +55,8 @@ _KINDS: tuple[_Kind, ...] = (
         _one_belief,
         "Top-1, log-loss (nats) and calibration error (ECE) after the last turn, among the goals "
         f"alone: Unspecified may lead all the same. {EQ1}: the paper's belief. AUROC: does "
-        "Unspecified tell that the true goal is not among the goals?",
+        "Unspecified tell that the true goal is not among the goals? Where n differs, the page of "
+        "a part compares models on the same dialogues.",
     ),
     (
         "episodes",

@@ -273,20 +273,18 @@ class Choice:
         """The prices and labels of what a phrase means, and what rules it out."""
         near = self._search.search(what, _NEAR)
         sign, kind = self._extreme(what)
-        found = [] if sign else [*_called(what, near)]
-        if found and singulars(what) not in [singulars(item.name) for item in found]:
-            found += [item for item in near if _begins(item, what) and item not in found]
+        found = [] if sign else _called(what, near)
         if sign and not kind:
             held = (item for item in self._catalogue.items if item.name in basket)
             ends = (_at_price(sign, held), _at_price(sign, self._catalogue.items))
             found = [*dict.fromkeys(item for item in ends if item)]
-        if not found and (item := self.meant(what, Bounds())):
-            found = [item]
+        few = len(found) <= _LABELLED
+        if not (sign and found) and (item := self.meant(what, Bounds())):
+            found = [*dict.fromkeys((item, *found))]  # an order for it would bring this one
         if not found:
             named = "; ".join(self._line(item, basket) for item in near[:_NAMED])
             return f'The shop has nothing called "{what}".{f" Near it: {named}." if named else ""}'
         found.sort(key=lambda item: item.name not in basket)
-        few = len(found) <= _LABELLED
         listed = "; ".join(self._line(item, basket, labels=few) for item in found[:_NAMED])
         more = f"; and {len(found) - _NAMED} more" if len(found) > _NAMED else ""
         against = [
@@ -371,12 +369,6 @@ def _called(phrase: str, items: Sequence[Item]) -> list[Item]:
         return heads
     kind, fit = _fitting(phrase, items)
     return _headed(kind, [item for item in fit if _is_a(item, kind)]) or named
-
-
-def _begins(item: Item, phrase: str) -> bool:
-    """Whether the item's name begins with `phrase`, as that of chicken breasts with chicken."""
-    said = singulars(phrase)
-    return singulars(item.name)[: len(said)] == said
 
 
 def _fitting(phrase: str, items: Sequence[Item]) -> tuple[str, Sequence[Item]]:
