@@ -98,7 +98,7 @@ bench: torch  ## speed of a belief update beside other ways, as ratios in one ru
 results: $(READY) $(ADAPTERS) $(WRITER)  ## every experiment, which takes hours and goes on where it stopped; like `adapter`
 	@failed=0; for each in $(filter-out experiments/paper.toml,$(wildcard experiments/*.toml)); do \
 		$(BIN)/goalscope experiment run $$each || failed=1; done; \
-		$(BIN)/goalscope report results --out docs/results.md && exit $$failed
+		rm -rf docs/results && $(BIN)/goalscope report results --out docs/results.md && exit $$failed
 
 $(CORE): requirements-core.lock pyproject.toml hatch_build.py
 	test -x $(BIN)/python || $(PYTHON) -m venv .venv
