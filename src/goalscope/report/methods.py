@@ -127,12 +127,12 @@ def ablation_figure(samples: Sequence[Sample]) -> Figure | None:
         ("\n".join(wrap(shortened(label, 120), 34)), each, None)
         for label, each in zip(labels, samples, strict=True)
     ]
-    caption = (
-        f"The ablation in every setting. Points: means over people of the means over their runs. "
-        f"{{bars}}{_DIFFER if any(_differ(each, panels) for each in samples) else ''}"
+    lead = "The ablation in every setting. Points: means over people of the means over their runs. "
+    tail = (
+        f"{_DIFFER if any(_differ(each, panels) for each in samples) else ''}"
         f"People: {'; '.join(f'{_people_in(each)} in {each.title}' for each in samples)}."
     )
-    return _points("ablation", caption, rows, panels)
+    return _points("ablation", lead, tail, rows, panels)
 
 
 def _people(
@@ -142,20 +142,23 @@ def _people(
     rows: list[_Row] = [(_label(each), episodes, each) for each in people]
     rows.append((f"all {everyone} people", episodes, None))
     part = f", part {page} of {pages}" if pages > 1 else ""
-    caption = (
+    lead = (
         f"Methods person by person{part}: {episodes.title}. Points: means over a person's runs; "
-        f"last row: means over all {everyone:,} people. {{bars}}{_counts(episodes, panels)}"
+        f"last row: means over all {everyone:,} people. "
     )
     name = f"people-{episodes.name}{f'-{page}' * (pages > 1)}"
-    return _points(name, caption, rows, panels)
+    return _points(name, lead, _counts(episodes, panels), rows, panels)
 
 
-def _points(name: str, caption: str, rows: Sequence[_Row], panels: Sequence[_Panel]) -> Figure:
+def _points(
+    name: str, lead: str, tail: str, rows: Sequence[_Row], panels: Sequence[_Panel]
+) -> Figure:
     """A point for each method in each row, with its error bars.
 
     Args:
         name: Of the figure.
-        caption: Of the figure, with "{bars}" where the error bars are told.
+        lead: What the caption says before it tells the error bars.
+        tail: What it says after them.
         rows: From top to bottom.
         panels: From left to right.
     """
@@ -207,7 +210,7 @@ def _points(name: str, caption: str, rows: Sequence[_Row], panels: Sequence[_Pan
     lines = max(label.count("\n") for label, _, _ in rows) + 1
     height = max(0.3, 0.11 * len(methods), 0.17 * lines)
     size = (2.2 + 2.2 * len(panels), 1.6 + height * len(rows))
-    return draw_figure(name, caption.replace("{bars}", told), size, paint)
+    return draw_figure(name, f"{lead}{told}{tail}", size, paint)
 
 
 def _axes(figure: Any, panels: Sequence[_Panel], **shared: Any) -> Sequence[Any]:

@@ -17,6 +17,7 @@ __all__ = ["summary_of"]
 _Kind = tuple[str, str, str, tuple[str, ...], Callable[[Sequence[Row]], Sequence[Row]], str]
 
 _LOSS = f"{EQ1}: log-loss"
+_MEASURES = ("score", "unwanted")
 _PROMPTS = ("question", "question and choices", None)
 
 
@@ -39,8 +40,6 @@ def _side_by_side(rows: Sequence[Row]) -> list[Row]:
     number = people[0] if len(people) == 1 else " or ".join(map(str, people))
     return [{"people": number, **entries}]
 
-
-_MEASURES = ("score", "unwanted")
 
 _KINDS: tuple[_Kind, ...] = (
     # name, title, names of its tables, columns, rows that are shown, note
