@@ -7,13 +7,24 @@ import re
 import warnings
 from collections.abc import Callable
 from dataclasses import dataclass
+from textwrap import wrap
 from typing import Any
 
 from goalscope.extras import package
 from goalscope.safe_text import terminal_safe
 from goalscope.types import GoalscopeError
 
-__all__ = ["COLOURS", "GREY", "INK", "MARKERS", "Figure", "draw", "draw_figure", "shortened"]
+__all__ = [
+    "COLOURS",
+    "GREY",
+    "INK",
+    "MARKERS",
+    "Figure",
+    "draw",
+    "draw_figure",
+    "shortened",
+    "wrapped",
+]
 
 COLOURS = ("#0072B2", "#E69F00", "#009E73", "#D55E00", "#CC79A7", "#56B4E9", "#F0E442")
 """The palette of Okabe and Ito, safe for colour-blind readers and for print."""
@@ -106,3 +117,8 @@ def shortened(text: str, most: int) -> str:
     )
     line = " ".join(shown.split())
     return line if len(line) <= most else line[: most - 1].rstrip() + "\N{HORIZONTAL ELLIPSIS}"
+
+
+def wrapped(text: str, most: int, width: int) -> str:
+    """The same, on lines of a width."""
+    return "\n".join(wrap(shortened(text, most), width))

@@ -27,7 +27,7 @@ from goalscope.experiment.predictors import (
 from goalscope.experiment.questions import question_tables
 from goalscope.experiment.results import Cell
 from goalscope.experiment.summary import Estimate, Row, Sample, mean_of
-from goalscope.report.drawing import COLOURS, INK, MARKERS, Figure, draw_figure, shortened
+from goalscope.report.drawing import COLOURS, INK, MARKERS, Figure, draw_figure, wrapped
 from goalscope.report.methods import ablation_figure, method_figures
 from goalscope.stats import Interval, Reliability, proportion
 
@@ -299,7 +299,7 @@ def _mcq(rows: Sequence[Row]) -> Figure | None:
                 axis.axvline(100 * value, color=INK, ls=":", lw=1.2)
             axis.text(100 * sum(values) / 2, -0.62, model.replace(" Instruct", ""),
                       ha="right" if "70B" in model else "left", fontsize=7.5)  # fmt: skip
-        axis.set_yticks(range(len(bars)), [shortened(label, 44) for label in bars])
+        axis.set_yticks(range(len(bars)), [wrapped(label, 120, 34) for label in bars])
         axis.set(xlim=(0, 104), ylim=(len(bars) - 0.45, -0.5), xlabel="accuracy, %")
         axis.grid(visible=True, axis="x")
         axis.grid(visible=False, axis="y")

@@ -4,12 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
-from textwrap import wrap
 from typing import Any
 
 from goalscope.experiment.episodes import headings_of_judges, methods_of, outcome_of
 from goalscope.experiment.summary import Estimate, Sample
-from goalscope.report.drawing import COLOURS, INK, MARKERS, Figure, draw_figure, shortened
+from goalscope.report.drawing import COLOURS, INK, MARKERS, Figure, draw_figure, shortened, wrapped
 
 __all__ = ["ablation_figure", "method_figures"]
 
@@ -124,8 +123,7 @@ def ablation_figure(samples: Sequence[Sample]) -> Figure | None:
         for domain, *rest in told
     ]
     rows = [
-        ("\n".join(wrap(shortened(label, 120), 34)), each, None)
-        for label, each in zip(labels, samples, strict=True)
+        (wrapped(label, 120, 34), each, None) for label, each in zip(labels, samples, strict=True)
     ]
     lead = "The ablation in every setting. Points: means over people of the means over their runs. "
     tail = (
@@ -220,7 +218,7 @@ def _axes(figure: Any, panels: Sequence[_Panel], **shared: Any) -> Sequence[Any]
 
 def _scale(axis: Any, along: str, panel: _Panel) -> None:
     """The title and the range of a measure; percentages always show 0 to 100."""
-    axis.set_title("\n".join(wrap(shortened(panel.title, 90), 30)))
+    axis.set_title(wrapped(panel.title, 90, 30))
     lines = axis.dataLim
     top = max(float(lines.y1 if along == "y" else lines.x1), 0.0)
     if panel.scale == 100:
