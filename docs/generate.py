@@ -47,7 +47,9 @@ def on_files(files: Any, config: Any) -> Any:
 
 
 def on_page_markdown(markdown: str, page: Any, **_: Any) -> str:
-    """Turn links to files of the repository into links to their pages."""
+    """Turn links to files of the repository into links to their pages; give tables more room."""
+    if page.file.src_uri.startswith("results"):
+        page.meta["hide"] = ["toc"]
     return relinked(markdown, page.file.src_uri)
 
 

@@ -24,7 +24,7 @@ INTRODUCTION = (
     "log-probabilities by up to 0.1 nat."
 )
 HEADLINES = ("accuracy", "ablation")
-"""Figures that the summary shows."""
+"""Figures that the summary shows; their captions are on the pages of their parts."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -84,9 +84,7 @@ def write_report(report: Report, file: Path) -> None:
             figures.append(f"![{alt}](figures/{quote(name)}.svg)\n\n{caption}")
             if figure.name in HEADLINES:
                 where = f"{quote(folder.name)}/figures/{quote(name)}.svg"
-                headlines.append(
-                    f"## {markdown_text(section.title)}\n\n![{alt}]({where})\n\n{caption}"
-                )
+                headlines.append(f"## {markdown_text(section.title)}\n\n![{alt}]({where})")
         for table in section.tables:
             name = unique(f"{section.name}-{table.name}", taken)
             _write(folder / "tables" / f"{name}.csv", table.to_csv())

@@ -132,5 +132,19 @@ def _table(
                     if section.done < section.planned:
                         line["cells so far"] = f"{section.done:,} of {section.planned:,}"
                     rows.append(line)
-    table = Table(f"summary-{name}", title, rows, (note,))
+    table = Table(f"summary-{name}", title, _shorter(rows), (note,))
     return replace(table, notes=(*table.notes, *few_notes(table)))
+
+
+def _shorter(rows: Sequence[Row]) -> list[Row]:
+    """The rows without the parts of "of" that all of them share, such as the kind of human."""
+    told = [str(row["of"]).split(", ") for row in rows if row.get("of")]
+    if len(told) < 2:
+        return [*rows]
+    shared = {part for part in told[0] if all(part in parts for parts in told)}
+    return [
+        {**row, "of": ", ".join(each for each in str(row["of"]).split(", ") if each not in shared)}
+        if row.get("of")
+        else row
+        for row in rows
+    ]
