@@ -4,7 +4,7 @@ from pathlib import Path
 
 import pytest
 
-from goalscope.experiment.summary import Estimate
+from goalscope.experiment.summary import Estimate, without_shared
 from goalscope.report import read_report, write_report
 from goalscope.report.methods import OVER_PEOPLE, OVER_SEEDS, OVER_TRIALS
 from reports import METHODS, ablation, drawn, episode, fill, in_settings, judged, texts
@@ -172,6 +172,13 @@ def test_settings_that_are_not_the_usual_ones_are_told_of_a_model_that_has_no_ot
     assert section.tables[1].title.endswith("Instruct, k 1, prompted all")
 
 
+def test_titles_without_what_they_share_can_be_told_apart() -> None:
+    titles = ["shop, told, A", "shop, told, B + A", "shop, told, A, other plan"]
+    assert without_shared(titles) == ["shop", "shop, B", "shop, other plan"]
+    assert without_shared(["shop, A"]) == ["shop, A"]
+    assert without_shared(["shop, A + B", "shop, A, B"]) == ["shop, A + B", "shop, A, B"]
+
+
 def test_each_of_several_evaluators_is_named(tmp_path: Path) -> None:
     (one, first), (two, second) = (episode("good", "anna", n) for n in (0.5, 1.0))
     two["settings"] = {**two["settings"], "human": "simulated"}
@@ -195,7 +202,7 @@ def test_several_settings_stand_in_one_figure(tmp_path: Path) -> None:
     assert "scripted" not in told  # all are, as the caption says
     assert "scripted" in every.caption
     assert "/somewhere" not in told + every.caption
-    assert every.caption.count("3 in ") == 3
+    assert told.count("3 people") == 3
     assert "A point is missing where nothing was measured." in every.caption  # two have no judge
 
 

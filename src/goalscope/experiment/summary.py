@@ -45,6 +45,7 @@ __all__ = [
     "percent",
     "rows_of",
     "slug",
+    "without_shared",
 ]
 
 Measured = tuple[Mapping[str, Any], Mapping[str, Any]]
@@ -295,6 +296,16 @@ def _label(name: str, told: Mapping[str, Any], *, whole: bool = False) -> str:
         for field, value in told.items()
     )
     return ", ".join([name, *parts])
+
+
+def without_shared(titles: Sequence[str]) -> list[str]:
+    """Titles without what all of them say after their first word, such as the same model."""
+    told = [re.split(r", | \+ ", title) for title in titles]
+    shared = set(told[0]).intersection(*told) if len(told) > 1 else set[str]()
+    short = [
+        ", ".join([first, *(each for each in rest if each not in shared)]) for first, *rest in told
+    ]
+    return short if len({*short}) == len({*titles}) else [*titles]
 
 
 def few_notes(table: Table) -> tuple[str, ...]:

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from goalscope.experiment.episodes import headings_of_judges, methods_of, outcome_of
-from goalscope.experiment.summary import Estimate, Sample
+from goalscope.experiment.summary import Estimate, Sample, without_shared
 from goalscope.report.drawing import COLOURS, INK, MARKERS, Figure, draw_figure, shortened, wrapped
 
 __all__ = ["ablation_figure", "method_figures"]
@@ -116,19 +116,15 @@ def ablation_figure(samples: Sequence[Sample]) -> Figure | None:
         return None
     panels = [*dict.fromkeys(panel for each in samples for panel in _panels(each))]
     panels.sort(key=lambda panel: panel.measure in ("score", "unwanted"))
-    told = [each.title.split(", ") for each in samples]
-    shared = {part for part in told[0] if all(part in parts for parts in told)}
-    labels = [
-        ", ".join([domain, *(each for each in rest if each not in shared)])
-        for domain, *rest in told
-    ]
+    labels = without_shared([each.title for each in samples])
     rows = [
-        (wrapped(label, 120, 34), each, None) for label, each in zip(labels, samples, strict=True)
+        (wrapped(f"{label}, {_people_in(each)} people", 120, 34), each, None)
+        for label, each in zip(labels, samples, strict=True)
     ]
     lead = "The ablation in every setting. Points: means over people of the means over their runs. "
     tail = (
         f"{_DIFFER if any(_differ(each, panels) for each in samples) else ''}"
-        f"People: {'; '.join(f'{_people_in(each)} in {each.title}' for each in samples)}."
+        f"In full: {'; '.join(each.title for each in samples)}."
     )
     return _points("ablation", lead, tail, rows, panels)
 

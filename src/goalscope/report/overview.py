@@ -9,7 +9,7 @@ from dataclasses import replace
 from goalscope.experiment.beliefs import EQ1, TURN
 from goalscope.experiment.episodes import METHODS
 from goalscope.experiment.predictors import GOALSCOPE
-from goalscope.experiment.summary import Entry, Row, Table, few_notes
+from goalscope.experiment.summary import Entry, Row, Table, few_notes, without_shared
 from goalscope.report.sections import Section
 
 __all__ = ["summary_of"]
@@ -53,9 +53,9 @@ _KINDS: tuple[_Kind, ...] = (
         ),
         _one_belief,
         "Top-1, log-loss (nats) and calibration error (ECE) after the last turn, among the goals "
-        f"alone: Unspecified may lead all the same. {EQ1}: the paper's belief. AUROC: does "
-        "Unspecified tell that the true goal is not among the goals? Where n differs, the page of "
-        "a part compares models on the same dialogues.",
+        f"alone: Unspecified may lead all the same. {EQ1}: the paper's belief. AUROC: how well "
+        "Unspecified signals that the true goal is not among the goals. Where n differs, the page "
+        "of a part compares models on the same dialogues.",
     ),
     (
         "episodes",
@@ -82,7 +82,7 @@ _KINDS: tuple[_Kind, ...] = (
         r"changes-.*",
         ("belief", "n", "followed within 1", "followed within 2", "followed within 3"),
         lambda rows: rows,
-        "Followed within k rounds: the second goal was the likeliest after one of them.",
+        "Followed within k rounds: the second goal was the likeliest after at least one of them.",
     ),
 )
 
@@ -137,14 +137,8 @@ def _table(
 
 
 def _shorter(rows: Sequence[Row]) -> list[Row]:
-    """The rows without the parts of "of" that all of them share, such as the kind of human."""
-    told = [str(row["of"]).split(", ") for row in rows if row.get("of")]
-    if len(told) < 2:
+    """The rows with what distinguishes their "of"."""
+    if not all("of" in row for row in rows):
         return [*rows]
-    shared = {part for part in told[0] if all(part in parts for parts in told)}
-    return [
-        {**row, "of": ", ".join(each for each in str(row["of"]).split(", ") if each not in shared)}
-        if row.get("of")
-        else row
-        for row in rows
-    ]
+    of = without_shared([str(row["of"]) for row in rows])
+    return [{**row, "of": each} for row, each in zip(rows, of, strict=True)]

@@ -105,8 +105,9 @@ def sections_of(source: Path, *, draw: bool = True) -> tuple[list[Section], list
         )
     beliefs = belief_table((cell.spec, cell.result) for cell in dialogues if cell.result)
     if beliefs.rows:
-        name = unique("beliefs", taken)
-        sections.insert(0, _of_cells(name, "Beliefs before and after", (), dialogues, [beliefs]))
+        name, command = unique("beliefs", taken), f"goalscope report {source.name}"
+        title = "Beliefs before and after, in all parts with dialogues"
+        sections.insert(0, _of_cells(name, title, [command], dialogues, [beliefs]))
     return sections, skipped
 
 
