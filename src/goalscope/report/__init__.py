@@ -19,9 +19,10 @@ INTRODUCTION = (
     "Beliefs, actions and outcomes of agents that infer people's goals. `goalscope report` "
     "computes every figure from cells that were each measured once. Brackets show 95 % "
     "intervals. Each part has a page with all its tables and figures, and hashes of the code, the "
-    "prompts and the model weights. Its command gives the same figures again on the same machine; "
-    "another processor or number of threads rounds sums in another order, which moves "
-    "log-probabilities by up to 0.1 nat."
+    "prompts and the model weights. Its command gives the same figures again on the same machine. "
+    "On another machine, weights of another type may run fastest (`goalscope doctor` tells which); "
+    "they move the log-likelihood of an utterance by some tenths of a nat, and the accuracy of 60 "
+    "dialogues by a few points."
 )
 HEADLINES = ("accuracy", "ablation")
 """Figures that the summary shows; their captions are on the pages of their parts."""
