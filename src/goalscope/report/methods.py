@@ -124,7 +124,7 @@ def ablation_figure(samples: Sequence[Sample]) -> Figure | None:
     lead = "The ablation in every setting. Points: means over people of the means over their runs. "
     tail = (
         f"{_DIFFER if any(_differ(each, panels) for each in samples) else ''}"
-        f"In full: {'; '.join(each.title for each in samples)}."
+        f"Settings in full: {'; '.join(each.title for each in samples)}."
     )
     return _points("ablation", lead, tail, rows, panels)
 
