@@ -73,10 +73,11 @@ class Person:
 
     def live(self, episode: str) -> Mapping[str, Any]:
         """How the episode stands once the agent is at rest."""
-        end = time.monotonic() + self.patience
+        end, pause = time.monotonic() + self.patience, 0.01
         while (live := self.get(episode)["live"]) and live["phase"] != "idle":
             assert time.monotonic() < end, live
-            time.sleep(0.01)
+            time.sleep(pause)
+            pause = min(1.5 * pause, 2.0)  # a hundred who ask all the time keep the agent from work
         return live
 
     def say(self, episode: str, text: str, **more: Any) -> Mapping[str, Any]:
