@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from goalscope import UNSPECIFIED, Goal, GoalTracker, open_model
 from goalscope.advice import SURE, advice
+from goalscope.models import OpenModel
 
 BANK = [
     "transfer money to Anna",
@@ -47,21 +48,27 @@ LUGGAGE = ("get their lost suitcase back", "find lost luggage")
 BAGS = ("My suitcase didn't come out on the belt in Lisbon.", "My bag never arrived.")
 
 
+def after(model: OpenModel, task: str, goals: list[str], *turns: tuple[str, str]) -> GoalTracker:
+    """A tracker of the goals that has heard the turns."""
+    tracker = GoalTracker(model, task=task, goals=goals)
+    for query, utterance in turns:
+        tracker.observe(query, utterance)
+    return tracker
+
+
 def main() -> None:
     """Print the likeliest hypothesis for the bank's customers, then the airline's and the home."""
     model = open_model()
     for turns in SAID:
-        tracker = GoalTracker(model, task="Help the customer of a bank.", goals=BANK)
-        for query, utterance in turns:
-            tracker.observe(query, utterance)
+        tracker = after(model, "Help the customer of a bank.", BANK, *turns)
         (goal, probability), *_ = tracker.belief.top(1)
         words = " / ".join(" ".join(turn) for turn in turns)
         print(f"{probability:4.0%}  {goal.text:24}{advice(tracker):9}{words}")
 
     for wish in LUGGAGE:
         for utterance in BAGS:
-            tracker = GoalTracker(model, task="Help an airline's customer.", goals=[wish, *AIRLINE])
-            tracker.observe(HELP, utterance)
+            goals = [wish, *AIRLINE]
+            tracker = after(model, "Help an airline's customer.", goals, (HELP, utterance))
             probability = dict(tracker.belief.top())[Goal(wish)]
             print(f"{probability:4.0%}  {wish:33}{utterance}")
 
@@ -70,8 +77,8 @@ def main() -> None:
             right: list[float] = []
             wrong: list[float] = []
             for wish in wishes:
-                tracker = GoalTracker(model, task="Help at home.", goals=listed)
-                tracker.observe(HELP, f"{wish.capitalize()}.")
+                said = (HELP, f"{wish.capitalize()}.")
+                tracker = after(model, "Help at home.", listed, said)
                 tops = (top for top in tracker.belief.top() if top[0] != UNSPECIFIED)
                 goal, probability = next(tops)
                 (right if goal.text == wish else wrong).append(probability)

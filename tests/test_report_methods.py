@@ -206,6 +206,13 @@ def test_several_settings_stand_in_one_figure(tmp_path: Path) -> None:
     assert "A point is missing where nothing was measured." in every.caption  # two have no judge
 
 
+def test_a_setting_with_one_person_says_so(tmp_path: Path) -> None:
+    every, *_ = drawn(tmp_path, [run for run in in_settings() if "anna" in str(run[0])])
+    told = " ".join(texts(every))
+    assert told.count("1 person") == 3
+    assert "1 people" not in told
+
+
 def test_the_summary_has_the_methods_side_by_side_and_shows_the_figure(tmp_path: Path) -> None:
     fill(tmp_path / "r.db", in_settings())
     found = read_report(tmp_path / "r.db")

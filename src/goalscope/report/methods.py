@@ -101,9 +101,8 @@ def _pooled(episodes: Sample, panels: Sequence[_Panel]) -> Figure:
             _scale(axis, "y", panel)
         _legend(figure, bars)
 
-    people = _people_in(episodes)
     caption = (
-        f"Methods over {people:,} {'person' if people == 1 else 'people'}: {episodes.title}. Bars: "
+        f"Methods over {_number_of(episodes)}: {episodes.title}. Bars: "
         f"means over people of the means over their runs. {_told(bars)}{_counts(episodes, panels)}"
     )
     size = (0.4 + len(panels) * max(2.0, 0.75 * len(methods)), 3.3)
@@ -118,7 +117,7 @@ def ablation_figure(samples: Sequence[Sample]) -> Figure | None:
     panels.sort(key=lambda panel: panel.measure in ("score", "unwanted"))
     labels = without_shared([each.title for each in samples])
     rows = [
-        (wrapped(f"{label}, {_people_in(each)} people", 120, 34), each, None)
+        (wrapped(f"{label}, {_number_of(each)}", 120, 34), each, None)
         for label, each in zip(labels, samples, strict=True)
     ]
     lead = "The ablation in every setting. Points: means over people of the means over their runs. "
@@ -311,6 +310,11 @@ def _differ(episodes: Sample, panels: Sequence[_Panel]) -> bool:
 
 def _people_in(episodes: Sample) -> int:
     return len({run["profile"] for run in episodes.records})
+
+
+def _number_of(episodes: Sample) -> str:
+    number = _people_in(episodes)
+    return f"{number:,} {'person' if number == 1 else 'people'}"
 
 
 def _label(name: str) -> str:
