@@ -160,6 +160,6 @@ adapters/writer/adapter.gguf: | $(READY)
 		--validate corpus/needs/dev --validate corpus/talks/dev
 
 lock:  ## pin the newest versions that pyproject.toml allows
-	$(LOCK) --upgrade --extra cluster --extra experiments --extra mcp --extra native --extra postgres --extra remote \
-		--extra thor --extra web --group dev --output-file requirements.lock
+	$(LOCK) --upgrade --extra cluster --extra experiments --extra mcp --extra postgres --extra remote \
+		--extra web --group dev --output-file requirements.lock
 	cp requirements.lock requirements-core.lock && $(LOCK) --output-file requirements-core.lock
