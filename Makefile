@@ -132,7 +132,7 @@ adapters/general/adapter.gguf: adapters/general-3/adapter.gguf
 		adapters/needs.jsonl adapters/talks.jsonl --seed 2 --steps 480 --every 240 --validation 64
 
 adapters/needs.jsonl: | $(READY)
-	$(BIN)/python corpus/cases.py $@ src/goalscope/needs --asides corpus/reading/train
+	$(BIN)/python corpus/cases.py $@ src/goalscope/envs/scenarios --asides corpus/reading/train
 
 adapters/talks.jsonl: | $(READY)
 	$(BIN)/python corpus/cases.py $@ corpus/talks/train
@@ -156,7 +156,7 @@ adapters/reader/adapter.gguf: | $(READY)
 		--validate corpus/reading/dev $(LANGUAGES)
 
 adapters/writer/adapter.gguf: | $(READY)
-	$(BIN)/goalscope fit-writer src/goalscope/needs corpus/talks/train $(RECIPES) --out adapters/writer --epochs 4 \
+	$(BIN)/goalscope fit-writer src/goalscope/envs/scenarios corpus/talks/train $(RECIPES) --out adapters/writer --epochs 4 \
 		--validate corpus/needs/dev --validate corpus/talks/dev
 
 lock:  ## pin the newest versions that pyproject.toml allows

@@ -30,11 +30,11 @@ from rich.console import Console
 from rich.progress import track
 from rich.table import Table
 
+from goalscope.base.types import InvalidInputError, pluralize
 from goalscope.envs.house.simulator.object_types import PREDICATES
 from goalscope.envs.house.simulator.scenes import scene_from_metadata
 from goalscope.envs.house.simulator.state import Scene, by_id
 from goalscope.envs.house.simulator.world import House
-from goalscope.types import InvalidInputError, pluralize
 from teach_rooms import predicates, room_at_start, worlds
 
 LONGEST_LINE = 64 * 2**20

@@ -32,6 +32,7 @@ from typing import Any, Protocol
 import typer
 
 from goalscope import Agent
+from goalscope.base.types import InvalidInputError
 from goalscope.cli.options import Json, Method, Model
 from goalscope.cli.tables import show_tables
 from goalscope.cli.terminal import model_names, opened_model
@@ -43,7 +44,6 @@ from goalscope.envs.house.simulator.object_types import object_type
 from goalscope.envs.house.simulator.state import Scene
 from goalscope.experiment.summary import Row as TableRow
 from goalscope.experiment.summary import Table, percent
-from goalscope.types import InvalidInputError
 from teach_rooms import room_at_start, worlds
 
 Thing = Mapping[str, Any]
@@ -96,7 +96,7 @@ class Progress:
 
 
 class Asks(Protocol):
-    """What one utterance led to, such as a `goalscope.episode.Round`."""
+    """What one utterance led to, such as a `goalscope.agent.round.Round`."""
 
     @property
     def question(self) -> str:
@@ -110,7 +110,7 @@ class Asks(Protocol):
 
 
 class Talks(Protocol):
-    """Who is commanded, such as a `goalscope.agent.Agent`."""
+    """Who is commanded, such as a `goalscope.agent.agent.Agent`."""
 
     def ask(self) -> str:
         """The next question."""

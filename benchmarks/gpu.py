@@ -27,7 +27,7 @@ import transformers
 
 from goalscope.models import torch_network
 from goalscope.models.scoring import Pair
-from goalscope.models.transformers import Transformers
+from goalscope.models.torch.model import Transformers
 
 ROUND = 10
 SYSTEM, QUERY, ANSWER, GOAL, MARKUP = 60, 30, 20, 20, 5  # tokens

@@ -3,7 +3,7 @@
 python benchmarks/opposites.py
 
 Each of the 120 goals in opposites.jsonl stands beside four of its neighbours there; the sentences
-are first words. Half "a" was looked at when the lists of `goalscope.cues` were made, half "b"
+are first words. Half "a" was looked at when the lists of `cues` were made, half "b"
 was not.
 """
 
@@ -14,7 +14,7 @@ from pathlib import Path
 from unittest.mock import patch
 
 from goalscope import GoalTracker, open_model
-from goalscope.advice import SURE, advice
+from goalscope.belief.advice import SURE, advice
 
 ROWS = [json.loads(line) for line in Path(__file__).with_suffix(".jsonl").open(encoding="utf-8")]
 
@@ -38,7 +38,7 @@ def main() -> None:
                     continue
                 sure += 1
                 acted += advice(tracker) == "act"
-                with patch("goalscope.cues.opposes", return_value=False):
+                with patch("goalscope.language.cues.opposes", return_value=False):
                     bare += advice(tracker) == "act"
             n = sum(row["half"] == half for row in ROWS)
             print(f"{half:4}  {kind:9} {n:5} {sure:5} {acted:9} {bare:18}")

@@ -20,23 +20,23 @@ from typing import cast
 
 import typer
 
+from goalscope.agent.settings import Settings, load_domain, open_environment
+from goalscope.base.inputs import is_list, shown
+from goalscope.base.text import terminal_safe
+from goalscope.base.types import InvalidInputError, Turn, UnreadableAnswerError
 from goalscope.cli.options import Json, Model, ReadingAdapter, ReadingForm
 from goalscope.cli.tables import show_tables
 from goalscope.cli.terminal import console, measuring, model_names, progress
 from goalscope.datasets import DATASETS, data_folder
 from goalscope.datasets.case import OPENING, turns_of
 from goalscope.datasets.files import Row, line_rows
-from goalscope.domains import Settings, load_domain, open_environment
 from goalscope.envs import Environment, Pick, execute
 from goalscope.experiment.summary import Table, percent
-from goalscope.inputs import is_list, shown
+from goalscope.language.dialogue_state import DialogueState, fold
+from goalscope.language.matcher import Matcher
+from goalscope.language.orders import Order, Reading
+from goalscope.language.reader import Reader, ReadExample
 from goalscope.models.opening import open_reader
-from goalscope.orders import Order, Reading
-from goalscope.picking import Picker
-from goalscope.reader import Exchange, Reader
-from goalscope.safe_text import terminal_safe
-from goalscope.standing import Standing, fold
-from goalscope.types import InvalidInputError, Turn, UnreadableAnswerError
 
 Cups = frozenset[tuple[str, ...]]
 """An order: of each kind of cup the drink, and its options in the order of the menu."""
@@ -53,7 +53,7 @@ class Verbatim:
         message: str,
         *,
         question: str = "",
-        before: Sequence[Exchange] = (),
+        before: Sequence[ReadExample] = (),
         names: Iterable[str] = (),
     ) -> Reading:
         """The words as one order."""
@@ -119,7 +119,7 @@ def read_dialogues(file: Path, counter: Counter, pick: Pick) -> list[Dialogue]:
         for item in row.rows("order_items"):
             phrase = " ".join([*item.texts("options"), item.text("drink")])
             held = len(counter.cups)
-            _follow(counter, [Order("add", phrase)], Standing(), pick)
+            _follow(counter, [Order("add", phrase)], DialogueState(), pick)
             if len(counter.cups) == held:
                 break
         else:
@@ -142,7 +142,7 @@ def final_order(
     Each utterance is read in its conversation and followed at once, until one ends the task.
     """
     counter.reset()
-    before: list[Exchange] = []
+    before: list[ReadExample] = []
     readings: list[Reading] = []
     for turn in dialogue.turns:
         question = "" if turn.query == OPENING else turn.query
@@ -151,7 +151,7 @@ def final_order(
             reading = reader.read(turn.utterance, question=question, before=before, names=names)
         except UnreadableAnswerError:
             return None
-        before.append(Exchange(question, turn.utterance, reading.orders))
+        before.append(ReadExample(question, turn.utterance, reading.orders))
         readings.append(reading)
         if _follow(counter, reading.orders, fold(readings), pick):
             break
@@ -180,7 +180,7 @@ def score_orders(pairs: Sequence[tuple[Cups, Cups | None]], options: frozenset[s
     )
 
 
-def _follow(counter: Counter, orders: Iterable[Order], standing: Standing, pick: Pick) -> bool:
+def _follow(counter: Counter, orders: Iterable[Order], standing: DialogueState, pick: Pick) -> bool:
     """Do what is ordered; whether that ended the task."""
     verbs = {verb.name for verb in counter.verbs} | {"avoid", "only"}
     for order in orders:
@@ -226,7 +226,7 @@ def main(
     env = open_environment(Settings(domain=load_domain(counter)))
     if not hasattr(env, "cups"):
         raise InvalidInputError(f"{counter} takes no orders: its environment has no `cups`.")
-    env, pick = cast("Counter", env), Picker()
+    env, pick = cast("Counter", env), Matcher()
     every = read_dialogues(DATASETS["taskmaster4"].file(data_folder(data), split), env, pick)
     options, dialogues = options_of(every), every[:limit]
     with measuring("Loading the model"):

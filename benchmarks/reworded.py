@@ -13,8 +13,8 @@ from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 
+from goalscope.base.types import Goal
 from goalscope.datasets import read_cases, write_cases
-from goalscope.types import Goal
 
 
 def words(name: str) -> str:

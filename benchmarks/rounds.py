@@ -17,10 +17,10 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Any, cast, get_args
 
-from goalscope.domains import Domain, Settings, open_environment, profiles_of
+from goalscope.agent.settings import Domain, Settings, open_environment, profiles_of
 from goalscope.models.opening import open_model, parts
-from goalscope.session import Session
-from goalscope.store import Store
+from goalscope.storage.session import Session
+from goalscope.storage.store import Store
 
 STORE = "storing"
 

@@ -6,7 +6,7 @@ python benchmarks/sentences.py
 from __future__ import annotations
 
 from goalscope import UNSPECIFIED, Goal, GoalTracker, open_model
-from goalscope.advice import SURE, advice
+from goalscope.belief.advice import SURE, advice
 from goalscope.models import OpenModel
 
 BANK = [

@@ -34,9 +34,9 @@ import numpy as np
 from rich.progress import Progress, SpinnerColumn, TextColumn, TimeElapsedColumn
 
 import speed_report
-from goalscope.likelihood import RolePlay
-from goalscope.models.llamacpp import LlamaCpp
-from goalscope.types import Message
+from goalscope.base.types import Message
+from goalscope.belief.likelihood import RolePlay
+from goalscope.models.llama.model import LlamaCpp
 from speed_dialogue import TASK, TURNS, goals
 
 THREADS = 2

@@ -5,7 +5,7 @@ from __future__ import annotations
 import itertools
 import random
 
-from goalscope.types import UNSPECIFIED, Goal, Turn
+from goalscope.base.types import UNSPECIFIED, Goal, Turn
 
 TASK = "Help the human to buy groceries in an online shop, and fill the basket with what they want."
 

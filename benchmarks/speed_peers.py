@@ -20,7 +20,7 @@ from lm_eval.models.huggingface import HFLM
 from minicons.scorer import IncrementalLMScorer
 from transformers import AutoModelForCausalLM, AutoTokenizer
 
-from goalscope.models.llamacpp import embedded_path
+from goalscope.models.llama.model import embedded_path
 
 TOKENS_AT_ONCE = 4096  # of one padded batch without a cache: more is no faster on a processor
 CACHED_AT_ONCE = 16_384  # of one padded batch with its cache, which bounds the copies' memory

@@ -14,7 +14,7 @@ from typing import Any
 from rich.console import Console
 from rich.table import Table
 
-from goalscope.models.tune import processor
+from goalscope.models.llama.tune import processor
 
 FOLDER = Path(__file__).parent / "results"
 PACKAGES = (

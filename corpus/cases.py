@@ -1,4 +1,4 @@
-"""Occasions and conversations of the corpus as dialogues with a known goal among wrong ones.
+"""Scenarios and conversations of the corpus as dialogues with a known goal among wrong ones.
 
 python corpus/cases.py OUT.jsonl FOLDER... [--asides corpus/reading/train]
 
@@ -22,14 +22,14 @@ from typing import Any
 
 import numpy as np
 
+from goalscope.agent.people import FALLBACK, OPENING
+from goalscope.agent.settings import Settings, open_environment
+from goalscope.base.types import Turn
 from goalscope.datasets import Case, write_cases
 from goalscope.datasets.goal_sets import chance, draw
-from goalscope.dialog import FALLBACK, OPENING
-from goalscope.domains import Settings, open_environment
 from goalscope.envs.house import HomeRobot
+from goalscope.language.orders import orders_from_text
 from goalscope.models.embedding import embedded
-from goalscope.orders import orders_from_text
-from goalscope.types import Turn
 
 GOALS = 20
 NEAREST = 40

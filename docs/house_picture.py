@@ -5,9 +5,9 @@ python docs/house_picture.py
 
 from pathlib import Path
 
+from goalscope.base.types import Action
 from goalscope.envs.house import HomeRobot, HouseController
 from goalscope.envs.house.picture import svg_picture
-from goalscope.types import Action
 
 ACTIONS = (
     Action("put", "tomato", destination="fridge"),

@@ -2,11 +2,11 @@
 
 from itertools import chain
 
+from goalscope.base.nouns import contains, singulars
+from goalscope.base.types import Action, StepResult
 from goalscope.envs import Environment, Resolution
-from goalscope.orders import Example, Verb
-from goalscope.picking import mended
-from goalscope.types import Action, StepResult
-from goalscope.words import contains, singulars
+from goalscope.language.matcher import mended
+from goalscope.language.orders import Example, Verb
 
 DRINKS: tuple[str, ...] = (
     "latte", "chai latte", "matcha latte", "mocha", "cortado", "cappuccino", "macchiato", "steamer",

@@ -2,12 +2,12 @@
 
 from pathlib import Path
 
+from goalscope.base.inputs import lists_of, read_profiles
+from goalscope.base.nouns import contains, singulars
+from goalscope.base.types import Action, StepResult
 from goalscope.envs import Environment, Resolution
-from goalscope.inputs import lists_of, read_profiles
-from goalscope.occasions import Nearest, Occasion
-from goalscope.orders import Example, Verb
-from goalscope.types import Action, StepResult
-from goalscope.words import contains, singulars
+from goalscope.envs.scenarios import Nearest, Scenario
+from goalscope.language.orders import Example, Verb
 
 TREE = "walnut tree"
 INVERSE = {"add": "remove", "remove": "add"}
@@ -29,7 +29,7 @@ LIFE = (
     ("let children play", "swing", "sandpit", "strawberries"),
     ("sit among flowers and not be seen", "roses", "lavender", "hedge"),
 )
-OCCASIONS = Nearest([Occasion(aim, "garden", aim, (), tuple(needed)) for aim, *needed in LIFE])
+OCCASIONS = Nearest([Scenario(aim, "garden", aim, (), tuple(needed)) for aim, *needed in LIFE])
 
 
 class Garden(Environment):

@@ -12,9 +12,9 @@ from hypothesis import settings
 
 from browsers import browser, enter  # noqa: F401
 from databases import place, server  # noqa: F401
-from goalscope.models.copies import requantize
-from goalscope.models.engine import READY
-from goalscope.models.llamacpp import LlamaCpp, embedded_path
+from goalscope.models.llama.copies import requantize
+from goalscope.models.llama.engine import READY
+from goalscope.models.llama.model import LlamaCpp, embedded_path
 from servers import (  # noqa: F401
     exact_gguf,
     llama_server,
@@ -89,7 +89,7 @@ def ready_built(tmp_path_factory: pytest.TempPathFactory) -> Iterator[LlamaCpp]:
     requantize(embedded_path(), half, "F16")
     with pytest.MonkeyPatch.context() as patch:
         patch.setenv("GOALSCOPE_TUNE", "0")
-        patch.setattr("goalscope.models.native.engine", READY.load)
+        patch.setattr("goalscope.models.llama.native.engine", READY.load)
         model = LlamaCpp(half)
     yield model
     model.close()

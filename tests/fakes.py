@@ -7,13 +7,13 @@ from dataclasses import replace
 
 import numpy as np
 
-from goalscope.agent import Agent
+from goalscope.agent.agent import Agent
+from goalscope.agent.planner import Outcome, Planner, Want, attempted
+from goalscope.base.types import Action, Message, Profile, StepResult, Turn
 from goalscope.envs import Environment, Pick, Resolution
+from goalscope.language.dialogue_state import DialogueState
+from goalscope.language.orders import Order, Verb
 from goalscope.models import Completion
-from goalscope.orders import Order, Verb
-from goalscope.policy import Outcome, Planner, Want, attempted
-from goalscope.standing import Standing
-from goalscope.types import Action, Message, Profile, StepResult, Turn
 
 GOALS = "Name what a person"
 NEEDS = "Tell what an aim calls for"
@@ -143,12 +143,12 @@ class LampRoom(Environment):
     def offers(self, text: str, limit: int) -> list[str]:
         return self.names[:limit]
 
-    def actions(self, name: str, standing: Standing) -> list[Action]:
+    def actions(self, name: str, standing: DialogueState) -> list[Action]:
         ruled_out = [limit.what for limit in standing.limits]
         there = name in self.names and name not in ruled_out
         return [Action("switch on", name)] if there else []
 
-    def resolve(self, order: Order, standing: Standing, pick: Pick) -> Resolution:
+    def resolve(self, order: Order, standing: DialogueState, pick: Pick) -> Resolution:
         if order.do == "finish":
             return Resolution((Action("finish"),))
         if order.do in ("avoid", "only", "leave", "budget"):
@@ -158,7 +158,7 @@ class LampRoom(Environment):
             return Resolution((Action(order.do, name),))
         return Resolution(why=f"There is no {order.what} here.")
 
-    def undo(self, results: Sequence[StepResult], standing: Standing) -> Resolution:
+    def undo(self, results: Sequence[StepResult], standing: DialogueState) -> Resolution:
         other = {"switch on": "switch off", "switch off": "switch on"}
         acts = [each.action for each in results]
         left = [act.target for act in acts if act.name == "smash"]
@@ -182,7 +182,7 @@ class LampRoom(Environment):
                 return StepResult(action, True, "It is on.")
         return StepResult(action, False, "The switch does not move.")
 
-    def answer(self, order: Order, standing: Standing, pick: Pick) -> str:
+    def answer(self, order: Order, standing: DialogueState, pick: Pick) -> str:
         return self.status() if order.what in ("", *self.names) else ""
 
     def checks_met(self, profile: Profile) -> list[bool]:
@@ -201,7 +201,7 @@ class Plans:
         wants: Sequence[Want],
         turns: Sequence[Turn],
         history: Sequence[StepResult],
-        standing: Standing,
+        standing: DialogueState,
     ) -> Outcome:
         done, problem = attempted(env, self.given, history)
         return Outcome(tuple(done), (problem,) if problem else ())

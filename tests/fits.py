@@ -10,15 +10,15 @@ from typing import Any
 
 import pytest
 
+from goalscope.base.types import UNSPECIFIED, Goal, Turn
+from goalscope.belief.likelihood import Layout, RolePlay
 from goalscope.datasets import Case
 from goalscope.fitting.fit import Settings
 from goalscope.fitting.learner import Example, Learner
 from goalscope.fitting.plan import Plan
 from goalscope.fitting.sources import Source, read_source
-from goalscope.likelihood import Layout, RolePlay
 from goalscope.models.adapters import Adapter
-from goalscope.models.transformers import Transformers
-from goalscope.types import UNSPECIFIED, Goal, Turn
+from goalscope.models.torch.model import Transformers
 from test_transformers import SMALL, folder
 
 torch = pytest.importorskip("torch")

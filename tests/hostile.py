@@ -11,9 +11,9 @@ from typing import Any
 import numpy as np
 
 from fakes import NEEDS
+from goalscope.agent.writer import JUDGEMENTS
+from goalscope.base.types import Message
 from goalscope.models import Completion
-from goalscope.types import Message
-from goalscope.writer import JUDGEMENTS
 
 ORDERS = (
     "Buy the basket",

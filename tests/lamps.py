@@ -1,8 +1,8 @@
 """An agent in a room with a lamp, for the tests of several files."""
 
 from fakes import GOALS, NEEDS, QUESTION, LampRoom, WordModel
-from goalscope.agent import Agent
-from goalscope.types import UnreadableAnswerError
+from goalscope.agent.agent import Agent
+from goalscope.base.types import UnreadableAnswerError
 
 REPLIES = {
     GOALS: "have lamp light\nhave lamp light\nsleep without light",

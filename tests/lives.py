@@ -190,9 +190,9 @@ def experiment(folder: str, *more: str) -> None:
 
 def episode(folder: str, *more: str) -> None:
     """`goalscope run`, or what goes on with its episode; says the number of each round shown."""
-    from goalscope import display
-    from goalscope.store import Store
-    from goalscope.types import GoalscopeError
+    from goalscope.base.types import GoalscopeError
+    from goalscope.cli import display
+    from goalscope.storage.store import Store
 
     show = display.show_done
     begun, known = list[str](), 0
@@ -216,8 +216,8 @@ def episode(folder: str, *more: str) -> None:
 
 def rounds_of(place: Path | str) -> list[tuple[str, ...]]:
     """Of each episode in a store its rounds, as they are stored; a file must be whole."""
-    from goalscope.rounds_json import round_to_json
-    from goalscope.store import Store
+    from goalscope.storage.round_json import round_to_json
+    from goalscope.storage.store import Store
 
     with Store.open(place) as store:
         if "://" not in str(place):
@@ -231,7 +231,7 @@ def measured(folder: Path) -> tuple[dict[str, Any], list[Any]]:
     """Cells by key, each with its episode in it, and all tables, those of first attempts too."""
     from goalscope.experiment.results import Results
     from goalscope.experiment.tables import first_attempts, tables_of
-    from goalscope.rounds_json import round_to_json
+    from goalscope.storage.round_json import round_to_json
 
     with Results.open(folder / "tiny.db") as results:
         cells = {}

@@ -7,14 +7,14 @@ from pathlib import Path
 
 import pytest
 
-from goalscope.belief import Belief
-from goalscope.calibration import DEFAULT
-from goalscope.episode import Round
+from goalscope.agent.round import Round
+from goalscope.base.types import Goal, Turn
+from goalscope.belief.belief import Belief
+from goalscope.belief.calibration import DEFAULT
 from goalscope.experiment.results import Results, cell_key
 from goalscope.report import read_report
 from goalscope.report.drawing import Figure
-from goalscope.rounds_json import round_to_json
-from goalscope.types import Goal, Turn
+from goalscope.storage.round_json import round_to_json
 
 pytest.importorskip("matplotlib")
 pytest.importorskip("scipy.stats")

@@ -15,8 +15,8 @@ from pathlib import Path
 import pytest
 
 from goalscope.models import OpenModel
-from goalscope.models.copies import requantize
-from goalscope.models.llamacpp import embedded_path
+from goalscope.models.llama.copies import requantize
+from goalscope.models.llama.model import embedded_path
 from goalscope.models.opening import open_model
 
 CONTEXT = 1024

@@ -4,17 +4,17 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 
+from goalscope.base.types import Action, StepResult
 from goalscope.envs import execute
 from goalscope.envs.grocery import Catalogue, GroceryShop
 from goalscope.envs.grocery.search import Search
-from goalscope.orders import Reading, orders_from_text
-from goalscope.picking import Picker
-from goalscope.standing import Standing, fold
-from goalscope.types import Action, StepResult
+from goalscope.language.dialogue_state import DialogueState, fold
+from goalscope.language.matcher import Matcher
+from goalscope.language.orders import Reading, orders_from_text
 
 CATALOGUE = Catalogue.load()
 SEARCH = Search(CATALOGUE)
-PICK = Picker()
+PICK = Matcher()
 SMALL = Catalogue(CATALOGUE.items[::40])
 SMALL_SEARCH = Search(SMALL)
 
@@ -27,7 +27,7 @@ def shop(basket: Mapping[str, int] | None = None) -> GroceryShop:
     return opened
 
 
-def standing_after(*said: str) -> Standing:
+def state_after(*said: str) -> DialogueState:
     """What holds after messages that stand in canonical English, with "; " between orders."""
     return fold([reading(each) for each in said])
 

@@ -16,10 +16,10 @@ import pytest
 import uvicorn
 
 from fakes import GOALS, NEEDS, QUESTION, WordModel
-from goalscope.domains import Settings
+from goalscope.agent.settings import Settings
+from goalscope.base.types import ModelError
 from goalscope.models import Model
-from goalscope.store import Store
-from goalscope.types import ModelError
+from goalscope.storage.store import Store
 from goalscope.web.app import create_app
 from goalscope.web.guard import Guard
 

@@ -10,7 +10,8 @@ from typing import Any
 import numpy as np
 import pytest
 
-from goalscope.likelihood import RolePlay
+from goalscope.base.types import Message, ModelError
+from goalscope.belief.likelihood import RolePlay
 from goalscope.models import opening
 from goalscope.models.adapters import (
     ARCHITECTURES,
@@ -22,12 +23,11 @@ from goalscope.models.adapters import (
     write_adapter,
 )
 from goalscope.models.cache import CachedModel
-from goalscope.models.llamacpp import LlamaCpp, embedded_path
-from goalscope.models.native import KVCache, Running, Weights
-from goalscope.models.opening import TwoModels, open_model, parts
-from goalscope.models.transformers import Transformers
-from goalscope.models.trie import Trie
-from goalscope.types import Message, ModelError
+from goalscope.models.llama.model import LlamaCpp, embedded_path
+from goalscope.models.llama.native import KVCache, Running, Weights
+from goalscope.models.llama.trie import Trie
+from goalscope.models.opening import ModelSet, open_model, parts
+from goalscope.models.torch.model import Transformers
 from test_cli import invoke
 from test_model_contract import CONTEXTS, REPLIES, sums
 from test_transformers import ARCHITECTURES as KINDS
@@ -198,7 +198,7 @@ def test_only_what_people_say_is_scored_with_it(
     mine: Path, model: LlamaCpp, tmp_path: Path
 ) -> None:
     both = open_model(adapter=mine, calls=tmp_path / "calls.db")
-    assert isinstance(both, TwoModels)
+    assert isinstance(both, ModelSet)
     writer, scorer = parts(both)
     assert (writer.adapter, scorer.adapter) == (None, mine / "adapter.gguf")
     chat = [Message("user", "Name three things to eat for breakfast.")]
@@ -216,7 +216,7 @@ def test_only_what_people_say_is_scored_with_it(
     assert f"; scores what people say: {scorer.describe()}" in both.describe()
     both.close()
     plain = open_model(adapter="none", calls=tmp_path / "calls.db")
-    assert isinstance(plain, TwoModels)
+    assert isinstance(plain, ModelSet)
     cached = plain.generator
     assert isinstance(cached, CachedModel)
     assert plain.speaker is plain.scorer is cached
@@ -231,7 +231,7 @@ def test_transformers_writes_without_it_too(tmp_path: Path) -> None:
     config = config_of("llama")
     write_adapter(tmp_path / "adapter.gguf", random_adapter(config, 0.5), config)
     plain, both = open_model(folder), open_model(folder, adapter=tmp_path)
-    assert isinstance(both, TwoModels)
+    assert isinstance(both, ModelSet)
     chat = [Message("user", "Hi")]
     assert both.generate(chat, max_tokens=8).text == plain.generate(chat, max_tokens=8).text
     found, before = (each.token_logprobs([chat], ["Tea."])[0] for each in (both.speaker, plain))

@@ -6,10 +6,10 @@ from dataclasses import dataclass, replace
 import pytest
 
 from fakes import WordModel, said
-from goalscope.advice import advice, advised
-from goalscope.belief import Belief
-from goalscope.tracker import GoalTracker
-from goalscope.types import UNSPECIFIED, Goal, InvalidInputError, Turn
+from goalscope.base.types import UNSPECIFIED, Goal, InvalidInputError, Turn
+from goalscope.belief.advice import advice, advised
+from goalscope.belief.belief import Belief
+from goalscope.belief.tracker import GoalTracker
 
 TEA = Goal("make tea")
 BARE = Belief.uniform([UNSPECIFIED, TEA])

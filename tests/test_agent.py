@@ -5,9 +5,8 @@ from dataclasses import replace
 import pytest
 
 from fakes import GOALS, QUESTION, LampRoom, RefusesAll, WordModel
-from goalscope.agent import NO_ANSWER, Agent, run_episode
-from goalscope.calibration import DEFAULT, PAPER
-from goalscope.dialog import (
+from goalscope.agent.agent import NO_ANSWER, Agent, run_episode
+from goalscope.agent.people import (
     AGREES,
     DECLINES,
     FALLBACK,
@@ -17,10 +16,9 @@ from goalscope.dialog import (
     ask,
     question_of,
 )
-from goalscope.orders import Order, Reading, Verb
-from goalscope.plain_text import plain
-from goalscope.prompts import recent
-from goalscope.types import (
+from goalscope.agent.writer import Writer
+from goalscope.base.text import plain
+from goalscope.base.types import (
     UNSPECIFIED,
     Action,
     Goal,
@@ -31,7 +29,9 @@ from goalscope.types import (
     StepResult,
     Turn,
 )
-from goalscope.writer import Writer
+from goalscope.belief.calibration import DEFAULT, PAPER
+from goalscope.language.orders import Order, Reading, Verb
+from goalscope.prompts import recent
 from lamps import RANKS, REPLIES, ROOM, agent_in
 
 SLEEPER = Profile("sleeper", "likes light", ("lamp light please",))
@@ -152,8 +152,8 @@ def test_removed_goals_come_back_unless_that_was_for_good(final: bool) -> None:
 
 @pytest.mark.parametrize("refused", [False, True])
 def test_a_goal_that_was_unlikely_comes_back_with_the_words_for_it(refused, monkeypatch) -> None:
-    monkeypatch.setattr("goalscope.goals.IMPROBABLE", 1.0)
-    monkeypatch.setattr("goalscope.goals.FEWEST", 1)
+    monkeypatch.setattr("goalscope.belief.goal_manager.IMPROBABLE", 1.0)
+    monkeypatch.setattr("goalscope.belief.goal_manager.FEWEST", 1)
     sleep = Goal("sleep without light")
     model = RefusesAll(REPLIES) if refused else WordModel(REPLIES)
     agent = Agent(LampRoom(), model, patience=9 if refused else 0)
@@ -336,7 +336,7 @@ def test_a_resumed_episode_reads_nothing_again() -> None:
 
 
 def test_goals_are_proposed_anew_for_another_aim_whatever_explains_the_words(monkeypatch) -> None:
-    monkeypatch.setattr("goalscope.goals.incomplete", lambda *_, **__: False)
+    monkeypatch.setattr("goalscope.belief.goal_manager.incomplete", lambda *_, **__: False)
     agent = agent_in(LampRoom())
     assert not agent.step("What now?", "lamp light please").changes
     added = agent.step("And now?", "rather a lamp please").changes
@@ -346,7 +346,8 @@ def test_goals_are_proposed_anew_for_another_aim_whatever_explains_the_words(mon
 def test_words_that_say_nothing_call_for_goals_only_where_none_is_stated(monkeypatch) -> None:
     asked = []
     monkeypatch.setattr(
-        "goalscope.goals.incomplete", lambda belief, *_, **__: asked.append(belief.goals)
+        "goalscope.belief.goal_manager.incomplete",
+        lambda belief, *_, **__: asked.append(belief.goals),
     )
     agent = agent_in(LampRoom())
     agent.step("What now?", "none")

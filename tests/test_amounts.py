@@ -10,11 +10,11 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from goalscope.amounts import figures, is_currency, numbers_in, same_currency, sums_in
 from goalscope.envs.grocery import GroceryShop
+from goalscope.language.amounts import figures, is_currency, numbers_in, same_currency, sums_in
+from goalscope.language.orders import orders_to_text
+from goalscope.language.reader import Reader
 from goalscope.models.opening import open_reader
-from goalscope.orders import orders_to_text
-from goalscope.reader import Reader
 
 
 @pytest.fixture(scope="module")

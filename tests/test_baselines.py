@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 
 from fakes import WordModel, said
-from goalscope.benchmarks.baselines import bm25, embedding, outright, overlap, tfidf
+from goalscope.base.types import Goal
+from goalscope.experiment.baselines import bm25, embedding, outright, overlap, tfidf
 from goalscope.prompts import render
-from goalscope.types import Goal
 
 GOALS = [Goal("bake cake"), Goal("bake bread now")]
 

@@ -9,8 +9,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from goalscope.belief import Belief
-from goalscope.types import UNSPECIFIED, Goal, InvalidInputError
+from goalscope.base.types import UNSPECIFIED, Goal, InvalidInputError
+from goalscope.belief.belief import Belief
 
 nats = st.one_of(st.floats(-1e6, 0), st.just(-math.inf))
 finite = st.floats(-1e4, 0)

@@ -13,9 +13,9 @@ import numpy as np
 import pytest
 
 from fakes import WordModel
+from goalscope.base.types import GoalscopeError, InvalidInputError, Message
 from goalscope.models.cache import CachedModel
-from goalscope.models.opening import TwoModels
-from goalscope.types import GoalscopeError, InvalidInputError, Message
+from goalscope.models.opening import ModelSet
 
 CHAT = [Message("user", "milk or eggs")]
 
@@ -101,7 +101,7 @@ def test_only_new_pairs_are_asked_and_each_once(file: Path) -> None:
 def test_a_writer_and_a_scorer_share_one_file(file: Path) -> None:
     writer, scorer = Weighed("w"), Weighed("s")
     for _ in range(2):
-        both = TwoModels(CachedModel(writer, file), CachedModel(scorer, file))
+        both = ModelSet(CachedModel(writer, file), CachedModel(scorer, file))
         both.generate(CHAT)
         both.token_logprobs([CHAT], ["milk"])
     assert (writer.prompts, writer.pairs, scorer.prompts, scorer.pairs) == (1, 0, 0, 1)

@@ -8,9 +8,11 @@ from itertools import product
 import numpy as np
 import pytest
 
-from goalscope import calibrating
-from goalscope.belief import Belief
-from goalscope.calibrating import (
+from goalscope.base.types import UNSPECIFIED, Goal, GoalscopeError, InvalidInputError
+from goalscope.belief.belief import Belief
+from goalscope.belief.calibration import DEFAULT, PAPER, Calibration
+from goalscope.experiment import fit_calibration as calibrating
+from goalscope.experiment.fit_calibration import (
     EPSILONS,
     FOLDS,
     Observed,
@@ -19,8 +21,6 @@ from goalscope.calibrating import (
     observed_in,
     quality,
 )
-from goalscope.calibration import DEFAULT, PAPER, Calibration
-from goalscope.types import UNSPECIFIED, Goal, GoalscopeError, InvalidInputError
 
 pytest.importorskip("scipy.optimize")
 

@@ -14,16 +14,17 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from goalscope import calibrations as shipped
-from goalscope.belief import Belief, log_posteriors
-from goalscope.calibration import (
+from goalscope.base.types import UNSPECIFIED, Goal, GoalscopeError, InvalidInputError
+from goalscope.belief import calibrations as shipped
+from goalscope.belief.belief import Belief, log_posteriors
+from goalscope.belief.calibration import (
     DEFAULT,
     LAST_TURN,
     PAPER,
     Calibration,
     calibration_from_json,
 )
-from goalscope.calibrations import (
+from goalscope.belief.calibrations import (
     SHIPPED,
     YOURS,
     calibration_file,
@@ -31,9 +32,8 @@ from goalscope.calibrations import (
     keep_calibration,
     known_calibration,
 )
-from goalscope.likelihood import DEFAULT_LAYOUT
-from goalscope.models.opening import TwoModels, open_model
-from goalscope.types import UNSPECIFIED, Goal, GoalscopeError, InvalidInputError
+from goalscope.belief.likelihood import DEFAULT_LAYOUT
+from goalscope.models.opening import ModelSet, open_model
 
 share = st.floats(0, 1)
 inside = st.floats(0.01, 0.99)
@@ -369,7 +369,7 @@ def test_a_calibration_is_of_one_model_with_its_adapter_and_prompt(
 @pytest.mark.parametrize("adapter", ["none", None])
 def test_the_embedded_model_is_calibrated_with_its_adapter_and_without(adapter) -> None:
     opened = open_model(adapter=adapter)
-    scorer = opened.speaker if isinstance(opened, TwoModels) else opened
+    scorer = opened.speaker if isinstance(opened, ModelSet) else opened
     found, where = known_calibration(scorer, DEFAULT_LAYOUT, end_of_turn=False)
     assert where == SHIPPED
     assert found.thresholds

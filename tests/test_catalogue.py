@@ -8,8 +8,8 @@ from pathlib import Path
 
 import pytest
 
+from goalscope.base.types import InvalidInputError
 from goalscope.envs.grocery import Catalogue
-from goalscope.types import InvalidInputError
 
 DATA = os.environ.get("GOALSCOPE_DATA")
 real = pytest.mark.skipif(not DATA, reason="GOALSCOPE_DATA (a folder of shops' CSVs) is unset")

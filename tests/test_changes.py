@@ -11,7 +11,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from fakes import WordModel
-from goalscope.calibration import Calibration
+from goalscope.base.stats import bootstrap_mean
+from goalscope.base.types import Goal, InvalidInputError, Turn
+from goalscope.belief.calibration import Calibration
 from goalscope.datasets import Case, data_folder, load
 from goalscope.datasets.changes import AFTER, changes_of
 from goalscope.experiment.changes import change_table, read_changes
@@ -19,8 +21,6 @@ from goalscope.experiment.dialogues import read_dialogues
 from goalscope.experiment.plan import specs_of
 from goalscope.experiment.summary import Estimate, Table
 from goalscope.experiment.work import KINDS
-from goalscope.stats import bootstrap_mean
-from goalscope.types import Goal, InvalidInputError, Turn
 from test_datasets import game, packed, real
 from test_plan import read, refused
 from test_summary import MODEL, column, row

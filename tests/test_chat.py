@@ -4,8 +4,8 @@ import re
 
 import pytest
 
+from goalscope.base.types import Message, ModelError
 from goalscope.models.chat import ChatTemplate, ChatTokenizer
-from goalscope.types import Message, ModelError
 
 
 def test_a_template_without_system_messages_gets_the_text_in_the_users_first() -> None:

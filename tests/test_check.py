@@ -5,12 +5,12 @@ from pathlib import Path
 import pytest
 
 from goalscope import Agent, GoalscopeError
-from goalscope.dialog import AGREES, DECLINES, consents
-from goalscope.domains import Settings, load_domain, open_environment, profiles_of
+from goalscope.agent.guards import CONFIRM
+from goalscope.agent.people import AGREES, DECLINES, consents
+from goalscope.agent.settings import Settings, load_domain, open_environment, profiles_of
+from goalscope.base.types import Action
 from goalscope.envs import Resolution, met_checks
 from goalscope.envs.check import check_env
-from goalscope.guards import CONFIRM
-from goalscope.types import Action
 from test_cli import fails, invoke
 from test_run import NamedModel
 

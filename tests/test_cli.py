@@ -11,14 +11,14 @@ from unittest.mock import patch
 import pytest
 from typer.testing import CliRunner
 
-from goalscope.belief import Belief
-from goalscope.calibration import DEFAULT, LAST_TURN, PAPER, calibration_from_json
-from goalscope.calibrations import keep_calibration
+from goalscope.base.types import UNSPECIFIED, Goal
+from goalscope.belief.belief import Belief
+from goalscope.belief.calibration import DEFAULT, LAST_TURN, PAPER, calibration_from_json
+from goalscope.belief.calibrations import keep_calibration
 from goalscope.cli.main import app
 from goalscope.cli.models import _engine
 from goalscope.experiment.locking import sole
-from goalscope.models.engine import READY, Engine
-from goalscope.types import UNSPECIFIED, Goal
+from goalscope.models.llama.engine import READY, Engine
 from lives import CATALOGUE
 from test_run import NamedModel
 
@@ -97,12 +97,19 @@ def rows_file(tmp_path, *rows):
     [
         (
             "",
-            {"numpy", "rich", "jinja2", "wordllama", "goalscope.models.engine", "goalscope.agent"},
+            {
+                "numpy",
+                "rich",
+                "jinja2",
+                "wordllama",
+                "goalscope.models.llama.engine",
+                "goalscope.agent.agent",
+            },
         ),
         ("app(['--help'], standalone_mode=False)", {"numpy", "rich", "pydantic", "sqlalchemy"}),
         (
             "app(['episodes'], standalone_mode=False)",
-            {"numpy", "jinja2", "goalscope.models.engine"},
+            {"numpy", "jinja2", "goalscope.models.llama.engine"},
         ),
     ],
     ids=["nothing", "help", "episodes"],

@@ -10,8 +10,8 @@ from types import SimpleNamespace
 import pytest
 
 from goalscope import models
-from goalscope.calibration import calibration_from_json
-from goalscope.calibrations import (
+from goalscope.belief.calibration import calibration_from_json
+from goalscope.belief.calibrations import (
     SHIPPED,
     YOURS,
     calibration_file,
@@ -21,7 +21,7 @@ from goalscope.calibrations import (
 from goalscope.cli.calibrate import OWN
 from goalscope.experiment import identity
 from goalscope.experiment.results import Results
-from goalscope.store import Store
+from goalscope.storage.store import Store
 from test_calibrating import some
 from test_cli import fails, invoke
 

@@ -7,13 +7,13 @@ import sys
 
 import pytest
 
+from goalscope.base.stats import Interval
+from goalscope.base.types import ModelError
 from goalscope.cli.tables import show_tables
 from goalscope.experiment import identity, work
 from goalscope.experiment.locking import sole
 from goalscope.experiment.results import Results
 from goalscope.experiment.summary import Estimate, Table
-from goalscope.stats import Interval
-from goalscope.types import ModelError
 from test_cli import fails, invoke
 from test_run import QUESTIONS, SHOP, NamedModel
 

@@ -15,13 +15,14 @@ import pytest
 
 import fits
 from fits import GOALS, OLD_NAME, SETTINGS, TASK, Finished, case, fit, last_error
+from goalscope.base.types import Goal, Turn
+from goalscope.belief.likelihood import RolePlay
 from goalscope.datasets import said_key
 from goalscope.datasets.goal_sets import chance, goal_key
 from goalscope.fitting import plan
 from goalscope.fitting.fit import _by_truth
 from goalscope.fitting.plan import Plan
 from goalscope.fitting.sources import Source, parted
-from goalscope.likelihood import RolePlay
 from goalscope.models.adapters import (
     FITTED_DIALOGUES,
     FITTED_GOALS,
@@ -29,8 +30,7 @@ from goalscope.models.adapters import (
     read_adapter,
     write_adapter,
 )
-from goalscope.models.transformers import Transformers
-from goalscope.types import Goal, Turn
+from goalscope.models.torch.model import Transformers
 from test_cli import fails, invoke
 
 torch = pytest.importorskip("torch")
@@ -304,7 +304,7 @@ def test_its_own_model_begins_with_the_adapter_that_comes_with_it(
     path: Path, rows: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     first = tmp_path / "first" / "adapter.gguf"
-    monkeypatch.setattr("goalscope.models.llamacpp.embedded_path", lambda: path)
+    monkeypatch.setattr("goalscope.models.llama.model.embedded_path", lambda: path)
     monkeypatch.setattr(
         "goalscope.models.adapters.shipped", lambda: first if first.exists() else None
     )

@@ -10,11 +10,11 @@ from xml.etree import ElementTree
 import pytest
 from typer.testing import CliRunner
 
+from goalscope.agent.people import AGREES
+from goalscope.base.types import Turn
 from goalscope.cli.main import app
-from goalscope.dialog import AGREES
 from goalscope.envs.house import HouseController, load_profiles
-from goalscope.store import Store
-from goalscope.types import Turn
+from goalscope.storage.store import Store
 
 ORDERS = """
 [[profile]]

@@ -7,9 +7,9 @@ from pathlib import Path
 
 import pytest
 
-from goalscope.agent import K
-from goalscope.modules import PIPELINE
-from goalscope.store import Store
+from goalscope.agent.agent import K
+from goalscope.agent.toolkit import PIPELINE
+from goalscope.storage.store import Store
 from test_cli import ROW, fails, invoke, rows_file, shop, store_file, words  # noqa: F401
 from test_run import OWN
 
@@ -71,14 +71,14 @@ def test_what_has_no_effect_or_is_none_is_refused(shop, words, mine, given, told
 def test_a_likelihood_of_ones_own_runs_only_when_it_is_named(
     shop, store_file, words, mine, tmp_path, monkeypatch  # noqa: F811
 ):  # fmt: skip
-    monkeypatch.setattr("goalscope.domains._OWN", {})
+    monkeypatch.setattr("goalscope.agent.settings._OWN", {})
     ran = invoke(
         "run", "--profile", "baker", *shop, "--likelihood", mine, "--rounds", "1", "--json"
     )
     assert ran.exit_code == 0, ran.output
     info = only_episode(store_file)
     assert info.settings["likelihood"] == mine
-    monkeypatch.setattr("goalscope.domains._OWN", {})
+    monkeypatch.setattr("goalscope.agent.settings._OWN", {})
     marker = tmp_path / "ran"
     (tmp_path / "mine.py").write_text(f"{OWN}\nopen({json.dumps(str(marker))}, 'w').close()")
     told = fails(2, "chat", "--resume", info.id, "--rounds", "2")

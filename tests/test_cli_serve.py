@@ -8,8 +8,8 @@ from pathlib import Path
 import httpx
 import pytest
 
+from goalscope.base.types import GoalscopeError, InvalidInputError
 from goalscope.cli.serve import kept_key, serve
-from goalscope.types import GoalscopeError, InvalidInputError
 from processes import started
 
 

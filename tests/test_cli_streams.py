@@ -12,11 +12,11 @@ from typing import Any
 import pytest
 import typer.main
 
-from goalscope import places
+from goalscope.base import user_dirs as places
+from goalscope.base.types import GoalscopeError
 from goalscope.cli.main import app
-from goalscope.database.opening import opened
-from goalscope.models.tune import tuned
-from goalscope.types import GoalscopeError
+from goalscope.models.llama.tune import tuned
+from goalscope.storage.opening import opened
 from test_cli import MAIN, ROW, fails, invoke, rows_file
 from test_run import NamedModel
 

@@ -2,7 +2,7 @@
 
 import json
 
-from goalscope.store import Store
+from goalscope.storage.store import Store
 from test_cli import fails, invoke
 from test_study import EXAMPLE, fill
 

@@ -6,10 +6,10 @@ import pytest
 import typer
 from typer.testing import CliRunner
 
+from goalscope.agent.guards import CONFIRM
+from goalscope.agent.round import Round
 from goalscope.cli.main import _Commands
-from goalscope.episode import Round
-from goalscope.guards import CONFIRM
-from goalscope.store import Store
+from goalscope.storage.store import Store
 from test_cli import invoke, shop, store_file, words  # noqa: F401
 
 QUESTION = f'I understood "buy". {CONFIRM}'

@@ -12,8 +12,8 @@ from typing import Any
 
 import pytest
 
+from goalscope.base.types import GoalscopeError, InvalidInputError
 from goalscope.experiment.cluster import on_cluster
-from goalscope.types import GoalscopeError, InvalidInputError
 
 pytest.importorskip("distributed")
 pytest.importorskip("cryptography")

@@ -9,10 +9,10 @@ from pathlib import Path
 import pytest
 
 from fakes import WordModel
-from goalscope.domains import Settings, load_domain, open_environment
-from goalscope.picking import Picker
-from goalscope.reader import Reader
-from goalscope.types import InvalidInputError, UnreadableAnswerError
+from goalscope.agent.settings import Settings, load_domain, open_environment
+from goalscope.base.types import InvalidInputError, UnreadableAnswerError
+from goalscope.language.matcher import Matcher
+from goalscope.language.reader import Reader
 
 sys.path.append(str(Path(__file__).parents[1] / "benchmarks"))
 
@@ -27,7 +27,7 @@ from orders import (
 )
 
 COFFEE = str(Path(__file__).parents[1] / "examples" / "coffee.py")
-PICK = Picker()
+PICK = Matcher()
 LATTE, MOCHA = ("latte", "decaf", "oat milk"), ("mocha",)
 
 

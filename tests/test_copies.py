@@ -9,12 +9,12 @@ import gguf
 import numpy as np
 import pytest
 
+from goalscope.agent.writer import goals_prompt, needs_prompt
+from goalscope.base.types import ModelError
 from goalscope.models import Message
 from goalscope.models.adapters import shipped
-from goalscope.models.copies import merged, requantize
-from goalscope.models.llamacpp import LlamaCpp, embedded_path
-from goalscope.types import ModelError
-from goalscope.writer import goals_prompt, needs_prompt
+from goalscope.models.llama.copies import merged, requantize
+from goalscope.models.llama.model import LlamaCpp, embedded_path
 from test_model_contract import CONTEXTS, REPLIES
 from test_policy import HELLO
 
@@ -116,7 +116,7 @@ def test_where_there_is_no_room_no_copy_is_made(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     usage = type("Usage", (), {"free": 1})
-    monkeypatch.setattr("goalscope.models.copies.shutil.disk_usage", lambda _: usage)
+    monkeypatch.setattr("goalscope.models.llama.copies.shutil.disk_usage", lambda _: usage)
     with pytest.raises(OSError, match="Not enough free space"):
         merged(embedded_path(), WRITER, tmp_path)
 
@@ -143,7 +143,7 @@ def test_a_merge_that_fails_falls_back_to_the_adapter_at_run_time(
     def fails(*_: object) -> Path:
         raise ModelError("no")
 
-    monkeypatch.setattr("goalscope.models.llamacpp.merged", fails)
+    monkeypatch.setattr("goalscope.models.llama.model.merged", fails)
     one, other = (LlamaCpp(adapter=WRITER, merge=merge) for merge in (False, True))
     chat = [Message("user", "Hi")]
     scores = [each.token_logprobs([chat], ["Tea."])[0] for each in (one, other)]

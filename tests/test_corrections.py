@@ -12,15 +12,15 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from fakes import GOALS, LampRoom, WordModel
-from goalscope.agent import Agent
-from goalscope.belief import PINNED, Belief
-from goalscope.calibration import DEFAULT, PAPER
-from goalscope.goals import propose
-from goalscope.likelihood import RolePlay
-from goalscope.rounds_json import round_from_json, round_to_json
-from goalscope.tracker import GoalTracker
-from goalscope.types import UNSPECIFIED, Goal, GoalChange, InvalidInputError
-from goalscope.writer import Writer
+from goalscope.agent.agent import Agent
+from goalscope.agent.writer import Writer
+from goalscope.base.types import UNSPECIFIED, Goal, GoalChange, InvalidInputError
+from goalscope.belief.belief import PINNED, Belief
+from goalscope.belief.calibration import DEFAULT, PAPER
+from goalscope.belief.goal_manager import propose
+from goalscope.belief.likelihood import RolePlay
+from goalscope.belief.tracker import GoalTracker
+from goalscope.storage.round_json import round_from_json, round_to_json
 from lamps import RANKS, REPLIES
 from test_cli import invoke, shop, store_file, words  # noqa: F401
 
@@ -294,8 +294,8 @@ def test_a_confirmed_goal_may_seem_irrelevant_but_not_be_unsafe() -> None:
 
 
 def test_a_vetoed_goal_that_had_come_back_stays_out(monkeypatch) -> None:
-    monkeypatch.setattr("goalscope.goals.IMPROBABLE", 1.0)
-    monkeypatch.setattr("goalscope.goals.FEWEST", 1)
+    monkeypatch.setattr("goalscope.belief.goal_manager.IMPROBABLE", 1.0)
+    monkeypatch.setattr("goalscope.belief.goal_manager.FEWEST", 1)
     agent = begun(patience=0)
     assert SLEEP not in belief_in(agent).goals
     agent.step("And?", "sleep without sleep without sleep")

@@ -11,11 +11,11 @@ import pytest
 from rich.console import Console
 
 from fakes import LampRoom, WordModel
+from goalscope.agent.settings import Settings
+from goalscope.base.types import Goal
 from goalscope.cli.chat import correct
-from goalscope.domains import Settings
-from goalscope.session import Session
-from goalscope.store import Store
-from goalscope.types import Goal
+from goalscope.storage.session import Session
+from goalscope.storage.store import Store
 from lamps import RANKS, REPLIES
 from test_cli import invoke, shop, store_file, words  # noqa: F401
 
@@ -70,9 +70,9 @@ import sys, time
 from rich.console import Console
 from fakes import LampRoom, WordModel
 from goalscope.cli.chat import correct
-from goalscope.domains import Settings
-from goalscope.session import Session
-from goalscope.store import Store
+from goalscope.agent.settings import Settings
+from goalscope.storage.session import Session
+from goalscope.storage.store import Store
 from lamps import REPLIES
 
 def read(query):

@@ -6,10 +6,10 @@ from pathlib import Path
 import pytest
 
 from fakes import said
-from goalscope.advice import advice, advised
-from goalscope.belief import Belief
-from goalscope.cues import doubtful, opposes, retracts
-from goalscope.types import UNSPECIFIED, Goal, Turn
+from goalscope.base.types import UNSPECIFIED, Goal, Turn
+from goalscope.belief.advice import advice, advised
+from goalscope.belief.belief import Belief
+from goalscope.language.cues import doubtful, opposes, retracts
 from test_advice import BARE, SURE_OF_TEA, TEA, Stand, told
 
 CUES = tomllib.loads(Path(__file__).with_name("cues.toml").read_text(encoding="utf-8"))

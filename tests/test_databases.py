@@ -14,11 +14,11 @@ import pytest
 from sqlalchemy import event, text
 
 from databases import PASSWORD
-from goalscope.database.tables import SCHEMA, SCHEMA_VERSION, STUDIES
+from goalscope.base.types import GoalscopeError, InvalidInputError, Turn
 from goalscope.experiment.results import Results
-from goalscope.store import Store
+from goalscope.storage.store import Store
+from goalscope.storage.tables import SCHEMA, SCHEMA_VERSION, STUDIES
 from goalscope.study.store import StudyStore, _order
-from goalscope.types import GoalscopeError, InvalidInputError, Turn
 from test_cli import invoke
 from test_store import EPISODE, a_round, values_of
 from test_study import PLAN, fill
@@ -140,7 +140,7 @@ def test_a_study_is_deleted_while_somebody_joins(place, monkeypatch):
 
 OPENER = """
 import sys
-from goalscope.store import Store
+from goalscope.storage.store import Store
 print("ready", flush=True)
 sys.stdin.readline()
 with Store.open(sys.argv[1]) as store:
@@ -298,7 +298,7 @@ def test_a_lost_connection_is_explained_and_the_next_call_has_another(server):
 
 
 def test_a_locked_table_is_explained(server, monkeypatch):
-    monkeypatch.setattr("goalscope.database.opening.WAIT", 1)
+    monkeypatch.setattr("goalscope.storage.opening.WAIT", 1)
     with Store.open(server.new()) as store, store.writing() as connection:
         connection.execute(text("LOCK TABLE episodes"))
         with pytest.raises(GoalscopeError, match="Another program is writing"):

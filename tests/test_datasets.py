@@ -13,11 +13,11 @@ from typing import Any
 import pytest
 from typer.testing import CliRunner
 
+from goalscope.base.types import InvalidInputError, Turn, canonical
 from goalscope.cli.data import data
 from goalscope.datasets import DATASETS, READERS, Case, data_folder, load, read_cases, turns_of
 from goalscope.datasets.goal_sets import by_shared_words, chance, draw
 from goalscope.datasets.multiwoz import detokenised
-from goalscope.types import InvalidInputError, Turn, canonical
 
 DATA = os.environ.get("GOALSCOPE_DATA")
 real = pytest.mark.skipif(not DATA, reason="GOALSCOPE_DATA names no folder of the datasets")

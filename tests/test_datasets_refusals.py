@@ -8,8 +8,8 @@ from typing import Any
 
 import pytest
 
+from goalscope.base.types import Turn
 from goalscope.datasets import DATASETS, data_folder, load, read_cases
-from goalscope.types import Turn
 from test_datasets import (
     MAKE,
     game,

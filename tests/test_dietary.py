@@ -12,14 +12,14 @@ from pathlib import Path
 import pytest
 
 from fakes import WordModel
-from goalscope.agent import Agent
+from goalscope.agent.agent import Agent
+from goalscope.base.types import Action, StepResult
 from goalscope.envs.grocery import Catalogue, GroceryShop, Item
 from goalscope.envs.grocery.dietary import bounds_of, labelled_in, verdict
 from goalscope.envs.grocery.diets import DIETS, read_label
 from goalscope.envs.grocery.natures import nature
-from goalscope.orders import Order
-from goalscope.types import Action, StepResult
-from shops import CATALOGUE, PICK, SEARCH, follow, shop, standing_after
+from goalscope.language.orders import Order
+from shops import CATALOGUE, PICK, SEARCH, follow, shop, state_after
 
 DATA = os.environ.get("GOALSCOPE_DATA")
 ROWS = (
@@ -204,10 +204,10 @@ def test_foods_are_hardly_ever_taken_for_other_things(record_property) -> None:
 
 def test_a_catalogue_of_labels_makes_what_lacks_a_mere_label_unfit() -> None:
     items = Catalogue([Item(1, "Bio Eggs", tags=frozenset(["organic"])), Item(2, "Apples")])
-    bounds = bounds_of(standing_after("only organic | why diet"), labelled_in(items))
+    bounds = bounds_of(state_after("only organic | why diet"), labelled_in(items))
     assert [bounds.permits(item) for item in items.items] == [True, False]
     assert not bounds.unknown(items.items)
-    bare = bounds_of(standing_after("only organic | why diet"), frozenset())
+    bare = bounds_of(state_after("only organic | why diet"), frozenset())
     assert bare.permits(items.items[1])
     assert bare.unknown(items.items) == "Not known to be organic: Apples."
 
@@ -227,7 +227,7 @@ LIMITS: Mapping[str, str] = {
 @pytest.mark.parametrize("limit", LIMITS)
 @pytest.mark.parametrize("for_whom", ["", " | for my son"])
 def test_a_guess_is_known_to_fit_every_grave_limit(limit: str, for_whom: str) -> None:
-    standing = standing_after(limit.replace(" | why", f"{for_whom} | why"))
+    standing = state_after(limit.replace(" | why", f"{for_whom} | why"))
     opened = stocked(*ROWS)
     served = {
         action.target for name, _ in ROWS for action in opened.actions(name.casefold(), standing)
@@ -248,7 +248,7 @@ def test_what_a_word_means_does_not_depend_on_what_is_known() -> None:
 
 def test_a_mere_dislike_leaves_out_only_what_is_known_to_hold_the_thing() -> None:
     opened = stocked(*ROWS)
-    standing = standing_after("avoid dairy | why taste")
+    standing = state_after("avoid dairy | why taste")
     assert opened.actions("soup", standing) == [Action("add item", "Tomato Soup")]
     assert opened.actions("skyr", standing) == []
 
@@ -277,7 +277,7 @@ def test_what_is_not_known_to_fit_comes_only_if_ordered_and_is_named(said, baske
     assert [*opened.basket] == basket
     assert told in notes
     assert bool(told) == bool(notes)
-    asked = opened.answer(Order("ask"), standing_after("avoid lactose | why allergy"), PICK)
+    asked = opened.answer(Order("ask"), state_after("avoid lactose | why allergy"), PICK)
     assert ("Not known to be" in asked) == ("Not known to be" in told)
 
 
@@ -297,7 +297,7 @@ def test_what_is_not_known_to_fit_comes_only_if_ordered_and_is_named(said, baske
 def test_a_question_about_a_diet_is_answered_for_the_basket(basket, what, told) -> None:
     opened = stocked(*ROWS)
     assert all(opened.step(Action("add item", name)).ok for name in basket)
-    assert opened.answer(Order("ask", what), standing_after(), PICK) == told
+    assert opened.answer(Order("ask", what), state_after(), PICK) == told
 
 
 def test_a_limit_that_comes_late_names_what_it_leaves_in_the_basket() -> None:
@@ -310,7 +310,7 @@ def test_a_limit_that_comes_late_names_what_it_leaves_in_the_basket() -> None:
 
 def test_an_allergy_to_what_is_no_diet_leaves_out_what_may_hold_it() -> None:
     opened = stocked(("Kiwis", "fruit"), ("Fruit Smoothie", "drinks"), ("Apples", "fruit"))
-    standing = standing_after("avoid kiwi | why allergy")
+    standing = state_after("avoid kiwi | why allergy")
     assert [bool(opened.actions(n, standing)) for n in ("kiwis", "smoothie", "apples")] == [
         False,
         False,
@@ -371,7 +371,7 @@ def test_the_cheapest_and_the_dearest_are_found_by_price(said: str, basket: list
     ],
 )
 def test_questions_about_prices_are_answered_by_price(what: str, part: str) -> None:
-    told = shop({"Large Eggs": 2, "Garlic": 1}).answer(Order("ask", what), standing_after(), PICK)
+    told = shop({"Large Eggs": 2, "Garlic": 1}).answer(Order("ask", what), state_after(), PICK)
     assert told.startswith("The shop has ")
     assert part in told
 
@@ -473,6 +473,6 @@ def test_a_label_with_a_name_alone_claims_it(label: str) -> None:
 @pytest.mark.parametrize("label", ["-", "\u2014", "*", "\U0001f95b", "n/a", "?"])
 def test_a_label_without_words_is_none(label: str) -> None:
     items = [Item(1, "Lamb Stew"), Item(2, "Bean Stew", tags=frozenset({label}))]
-    standing = standing_after("avoid milk | why allergy")
+    standing = state_after("avoid milk | why allergy")
     found = GroceryShop(Catalogue(items)).resolve(Order("add", "lamb stew"), standing, PICK)
     assert [action.target for action in found.actions] == ["Lamb Stew"]

@@ -9,8 +9,12 @@ from hypothesis import given
 from hypothesis import strategies as st
 from rich.console import Console
 
-from goalscope.belief import Belief
-from goalscope.display import (
+from goalscope.agent.round import Round
+from goalscope.base.text import model_shown, terminal_safe
+from goalscope.base.types import UNSPECIFIED, Action, Goal, GoalChange, StepResult, Turn
+from goalscope.belief.belief import Belief
+from goalscope.belief.goal_order import Ranking
+from goalscope.cli.display import (
     order_in_words,
     show_belief,
     show_episodes,
@@ -20,14 +24,10 @@ from goalscope.display import (
     show_summary,
     show_unwanted,
 )
-from goalscope.episode import Round
-from goalscope.models.llamacpp import embedded_path
-from goalscope.models.native import Weights
-from goalscope.orders import Order, Reading
-from goalscope.ranking import Ranking
-from goalscope.safe_text import model_shown, terminal_safe
-from goalscope.store import EpisodeInfo
-from goalscope.types import UNSPECIFIED, Action, Goal, GoalChange, StepResult, Turn
+from goalscope.language.orders import Order, Reading
+from goalscope.models.llama.model import embedded_path
+from goalscope.models.llama.native import Weights
+from goalscope.storage.store import EpisodeInfo
 
 CAKE, TEA = Goal("bake a cake"), Goal("make tea")
 HOSTILE = "[red]x[/red][/] \x1b[31m\x1b]0;title\x07\u202e\r\ud800 :smile:"

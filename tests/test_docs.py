@@ -28,8 +28,8 @@ import goalscope
 from goalscope.cli.main import app
 from goalscope.datasets import read_cases
 from goalscope.envs import grocery, house
-from goalscope.experiment.reading import read_experiment
-from goalscope.infer import read_dialogues
+from goalscope.experiment.infer import read_dialogues
+from goalscope.experiment.plan_reading import read_experiment
 from goalscope.study.plan import read_plan
 
 ROOT = Path(__file__).parents[1]
@@ -53,7 +53,9 @@ READERS: dict[str, Callable[[Path], Any]] = {
     "mine.toml": read_experiment,
     "own.jsonl": read_cases,
     "people.toml": grocery.load_profiles,
-    "questions.jsonl": lambda file: import_module("goalscope.benchmarks.mcq").read_questions(file),
+    "questions.jsonl": lambda file: import_module(
+        "goalscope.experiment.multiple_choice"
+    ).read_questions(file),
     "residents.toml": house.load_profiles,
     "shop.csv": lambda file: grocery.Catalogue.load(file, columns={"name": "Title"}),
     "study.toml": read_plan,

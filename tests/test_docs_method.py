@@ -8,10 +8,10 @@ from typing import Any
 import numpy as np
 import pytest
 
-from goalscope.belief import Belief
-from goalscope.calibration import DEFAULT, PAPER, Calibration
-from goalscope.policy import choose
-from goalscope.types import UNSPECIFIED, Goal
+from goalscope.agent.planner import choose
+from goalscope.base.types import UNSPECIFIED, Goal
+from goalscope.belief.belief import Belief
+from goalscope.belief.calibration import DEFAULT, PAPER, Calibration
 
 PAGE = (Path(__file__).parents[1] / "docs" / "method.md").read_text(encoding="utf-8")
 NAMES = sorted(set(re.findall(r"`(goalscope(?:\.\w+)+)`", PAGE)))
@@ -43,7 +43,7 @@ def test_the_page_goes_through_the_whole_method() -> None:
 
 
 @pytest.mark.parametrize(
-    "name", ["goalscope.belief.Belief.guess", "goalscope.nothing", "goalscope.Agent.x"]
+    "name", ["goalscope.belief.belief.Belief.guess", "goalscope.nothing", "goalscope.Agent.x"]
 )
 def test_a_name_that_is_none_is_seen(name: str) -> None:
     with pytest.raises((AttributeError, ImportError)):

@@ -11,14 +11,14 @@ from pathlib import Path
 
 import pytest
 
+from goalscope.base.types import InvalidInputError, ModelError
 from goalscope.models import engine as engines
-from goalscope.models.engine import NATIVE, READY
-from goalscope.models.llamacpp import LlamaCpp
-from goalscope.models.native import Weights
-from goalscope.types import InvalidInputError, ModelError
+from goalscope.models.llama.engine import NATIVE, READY
+from goalscope.models.llama.model import LlamaCpp
+from goalscope.models.llama.native import Weights
 from test_model_contract import CONTEXTS, REPLIES, sums
 
-NAME = "from goalscope.models.engine import engine; print(engine().package.name)"
+NAME = "from goalscope.models.llama.engine import engine; print(engine().package.name)"
 
 
 def chosen(**environment: str) -> str:
@@ -43,7 +43,7 @@ def test_both_engines_give_the_same_log_probabilities(exact_gguf: Path) -> None:
     found = []
     for package in (NATIVE, READY):
         with pytest.MonkeyPatch.context() as patch:
-            patch.setattr("goalscope.models.native.engine", package.load)
+            patch.setattr("goalscope.models.llama.native.engine", package.load)
             patch.setenv("GOALSCOPE_TUNE", "0")
             model = LlamaCpp(exact_gguf)
             assert model.engine.package is package

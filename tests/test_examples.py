@@ -9,15 +9,15 @@ import pytest
 
 from fakes import LampRoom
 from goalscope import Agent, GoalscopeError, InvalidInputError
-from goalscope.domains import Settings, load_domain, open_environment, profiles_of
+from goalscope.agent.guards import CONFIRM
+from goalscope.agent.planner import undo
+from goalscope.agent.settings import Settings, load_domain, open_environment, profiles_of
+from goalscope.base.types import Action, StepResult
 from goalscope.envs import REQUIRED, Environment, Resolution
 from goalscope.envs.check import check_env
-from goalscope.guards import CONFIRM
-from goalscope.orders import Order
-from goalscope.policy import undo
-from goalscope.standing import Standing
-from goalscope.store import Store
-from goalscope.types import Action, StepResult
+from goalscope.language.dialogue_state import DialogueState
+from goalscope.language.orders import Order
+from goalscope.storage.store import Store
 from test_cli import fails, invoke
 from test_run import NamedModel
 
@@ -192,7 +192,7 @@ def test_an_order_that_cannot_be_followed_changes_nothing_and_says_why(
 
 
 def test_nothing_that_was_ruled_out_is_offered(garden: Environment) -> None:
-    standing = Standing(limits=(Order("avoid", "ponds"),))
+    standing = DialogueState(limits=(Order("avoid", "ponds"),))
     assert garden.actions("pond", standing) == []
     assert garden.actions("herbs", standing) == [Action("add", "herbs")]
 
@@ -286,7 +286,7 @@ class Closing(NamedModel):
 def test_a_file_that_a_stored_episode_names_is_run_only_if_the_user_names_it(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("goalscope.domains._OWN", {})
+    monkeypatch.setattr("goalscope.agent.settings._OWN", {})
     monkeypatch.setattr(
         "goalscope.models.opening.open_model",
         lambda *_, **__: Closing(),
@@ -302,7 +302,7 @@ def test_a_file_that_a_stored_episode_names_is_run_only_if_the_user_names_it(
     resuming = f"goalscope chat {mine} --resume {info.id}"
     assert resuming in told.stderr
     assert resuming in invoke("why", info.id).stderr
-    monkeypatch.setattr("goalscope.domains._OWN", {})
+    monkeypatch.setattr("goalscope.agent.settings._OWN", {})
     mine.write_text(f"{GARDEN.read_text()}\nPath({str(tmp_path / 'ran')!r}).touch()\n")
     assert f"{mine} is a Python file" in fails(2, "chat", "--resume", info.id)
     assert not (tmp_path / "ran").exists()

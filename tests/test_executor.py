@@ -5,14 +5,14 @@ from dataclasses import replace
 import pytest
 
 from fakes import LampRoom, WordModel
-from goalscope.envs import Resolution
-from goalscope.executor import NOT_CONFIRMED, NOTHING
-from goalscope.guards import CONFIRM, HARM, SAY_YES
-from goalscope.orders import Order
-from goalscope.types import (
+from goalscope.agent.executor import NOT_CONFIRMED, NOTHING
+from goalscope.agent.guards import CONFIRM, HARM, SAY_YES
+from goalscope.base.types import (
     Action,
     ConflictError,
 )
+from goalscope.envs import Resolution
+from goalscope.language.orders import Order
 from lamps import REPLIES, ROOM, agent_in
 
 

@@ -9,12 +9,12 @@ from pathlib import Path
 
 import pytest
 
-from goalscope.benchmarks.baselines import bm25
-from goalscope.extras import EXTRAS
-from goalscope.models.http import Server
-from goalscope.stats import bootstrap_mean
-from goalscope.store import Store
-from goalscope.types import Goal, GoalscopeError, ModelError, Turn
+from goalscope.base.optional_packages import EXTRAS
+from goalscope.base.stats import bootstrap_mean
+from goalscope.base.types import Goal, GoalscopeError, ModelError, Turn
+from goalscope.experiment.baselines import bm25
+from goalscope.models.served.client import Server
+from goalscope.storage.store import Store
 from test_cli import fails
 
 PROJECT = Path(__file__).parents[1] / "pyproject.toml"
@@ -48,7 +48,7 @@ def test_what_is_missing_is_named_with_a_remedy_for_a_clone_and_for_a_release(
     monkeypatch: pytest.MonkeyPatch, module: str, extra: str, use: Callable[[], str]
 ) -> None:
     monkeypatch.setitem(sys.modules, module, None)
-    monkeypatch.delitem(sys.modules, "goalscope.mcp_server", raising=False)
+    monkeypatch.delitem(sys.modules, "goalscope.web.mcp", raising=False)
     told = use()
     assert f'pip install ".[{extra}]"` in a clone' in told
     assert f'pip install "goalscope[{extra}]"' in told

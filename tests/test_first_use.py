@@ -10,15 +10,15 @@ from typing import Any
 
 import pytest
 
+from goalscope.agent.settings import Settings
+from goalscope.base.types import GoalscopeError
 from goalscope.cli import terminal
 from goalscope.cli.terminal import measured_meanwhile
-from goalscope.domains import Settings
-from goalscope.models.llamacpp import embedded_path, processors
-from goalscope.models.native import Running
+from goalscope.models.llama.model import embedded_path, processors
+from goalscope.models.llama.native import Running
+from goalscope.models.llama.tune import Tuning, waits
 from goalscope.models.opening import open_model, unmeasured
-from goalscope.models.tune import Tuning, waits
-from goalscope.tracking import Trackers
-from goalscope.types import GoalscopeError
+from goalscope.storage.tracking import Trackers
 from test_cli import fails, invoke
 
 
@@ -70,8 +70,8 @@ def test_the_first_call_of_an_assistant_measures_nothing(
             told = self.trackers.observe(session.id, 1, "", "I need flour and sugar.")
             events.append(f"{len(told.turns)} turn")
 
-    monkeypatch.setattr("goalscope.models.tune.tune", never)
-    monkeypatch.setattr("goalscope.mcp_server.create_server", Server)
+    monkeypatch.setattr("goalscope.models.llama.tune.tune", never)
+    monkeypatch.setattr("goalscope.web.mcp.create_server", Server)
     monkeypatch.setattr(terminal.subprocess, "Popen", Recorded(events))
     result = invoke("mcp", "--store", fresh / "episodes.db")
     assert result.exit_code == 0, result.output
@@ -95,7 +95,7 @@ def test_who_waits_for_an_answer_does_not_wait_for_the_measuring(
 def test_a_file_that_was_not_measured_runs_as_it_is(
     fresh: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("goalscope.models.tune.tune", never)
+    monkeypatch.setattr("goalscope.models.llama.tune.tune", never)
     model = open_model(measure=False)
     assert str(embedded_path()) in model.describe()
     model.close()
@@ -108,7 +108,7 @@ def test_what_was_measured_is_used_without_measuring(
     file = embedded_path()
     kept = Tuning(file, file, 3, Running(3))
     assert waits(file, processors())
-    monkeypatch.setattr("goalscope.models.tune._kept", lambda *_: kept)
+    monkeypatch.setattr("goalscope.models.llama.tune._kept", lambda *_: kept)
     assert not waits(file, processors())
     model = open_model(adapter="none", measure=False)
     assert "3 threads" in model.describe()
@@ -122,7 +122,7 @@ def test_only_small_files_that_goalscope_runs_itself_are_measured(
     assert unmeasured({"generator": "http://localhost:1/v1"})  # the embedded model scores
     assert not unmeasured({"model": "http://localhost:1/v1#m.gguf"})
     assert not unmeasured({"model": "hf:owner/name", "scorer": str(fresh)})
-    monkeypatch.setattr("goalscope.models.tune._LARGEST", 1)
+    monkeypatch.setattr("goalscope.models.llama.tune._LARGEST", 1)
     assert not unmeasured({})
     monkeypatch.undo()
     monkeypatch.setenv("GOALSCOPE_TUNE", "0")

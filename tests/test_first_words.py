@@ -13,10 +13,10 @@ from playwright.sync_api import expect
 from rich.cells import cell_len
 
 from browsers import needs_chromium
-from goalscope.display import show_episodes
-from goalscope.rounds_json import first_words, round_to_json
-from goalscope.store import Store
-from goalscope.types import Turn
+from goalscope.base.types import Turn
+from goalscope.cli.display import show_episodes
+from goalscope.storage.round_json import first_words, round_to_json
+from goalscope.storage.store import Store
 from sites import KEY, site
 from test_cli import invoke
 from test_display import EPISODE, drawn

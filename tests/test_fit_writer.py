@@ -8,15 +8,15 @@ import numpy as np
 import pytest
 
 from fits import OLD_NAME, tiny_folder
-from goalscope.benchmarks.reading import Language, Line
+from goalscope.base.types import InvalidInputError, Turn
+from goalscope.envs.scenarios import Scenario
+from goalscope.experiment.reading_scores import Language, Line
 from goalscope.fitting.corpus import Talk
 from goalscope.fitting.lessons import lessons_of
 from goalscope.fitting.writing import WritingSettings, fit_writing
+from goalscope.language.orders import Order, Verb
 from goalscope.models.adapters import FITTED_TASK, adapter_metadata, read_adapter
-from goalscope.models.transformers import Transformers
-from goalscope.occasions import Occasion
-from goalscope.orders import Order, Verb
-from goalscope.types import InvalidInputError, Turn
+from goalscope.models.torch.model import Transformers
 from test_cli import invoke
 
 pytestmark = OLD_NAME
@@ -35,7 +35,7 @@ LINES = [
     line(3, "empty it", orders=(Order("clear"),)),
     line(4, "tea", orders=TEA),
     Talk("ben-1", "grocery", (Turn("Yes?", "tea"),), "", ("drink tea",), "Green tea?"),
-    Occasion("cleo-1", "grocery", "drink tea", ("tea",), ("tea",), ("milk",), ("soap",)),
+    Scenario("cleo-1", "grocery", "drink tea", ("tea",), ("tea",), ("milk",), ("soap",)),
 ]
 
 

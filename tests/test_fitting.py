@@ -24,10 +24,10 @@ from fits import (
     example,
     learner_of,
 )
+from goalscope.base.types import UNSPECIFIED, GoalscopeError, Turn
 from goalscope.datasets import Case
 from goalscope.fitting.fit import Fit, Settings, Validation, _by_truth, _goals_loss, _scores
 from goalscope.fitting.learner import Example, Learner
-from goalscope.types import UNSPECIFIED, GoalscopeError, Turn
 from test_datasets import refused
 
 torch = pytest.importorskip("torch")

@@ -11,10 +11,10 @@ import pytest
 
 from fakes import WordModel
 from goalscope import Agent
+from goalscope.base.types import InvalidInputError
 from goalscope.envs.house import HomeRobot, HouseController
 from goalscope.envs.house.simulator.scenes import load_scene
 from goalscope.envs.house.simulator.world import House
-from goalscope.types import InvalidInputError
 from houses import do
 
 sys.path.append(str(Path(__file__).parents[1] / "benchmarks"))

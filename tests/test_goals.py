@@ -9,11 +9,12 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from fakes import GOALS, LampRoom, RefusesAll, WordModel
-from goalscope.belief import Belief
-from goalscope.calibration import DEFAULT, PAPER, Calibration
-from goalscope.envs.grocery.catalogue import Catalogue
-from goalscope.envs.grocery.shop import GroceryShop
-from goalscope.goals import (
+from goalscope.agent.toolkit import toolkit_of
+from goalscope.agent.writer import Recalling, Writer
+from goalscope.base.types import UNSPECIFIED, Goal, GoalChange, InvalidInputError, Turn
+from goalscope.belief.belief import Belief
+from goalscope.belief.calibration import DEFAULT, PAPER, Calibration
+from goalscope.belief.goal_manager import (
     UNEXPLAINED,
     GoalManager,
     incomplete,
@@ -22,12 +23,11 @@ from goalscope.goals import (
     overdue,
     propose,
 )
-from goalscope.likelihood import RolePlay
+from goalscope.belief.likelihood import RolePlay
+from goalscope.envs.grocery.catalogue import Catalogue
+from goalscope.envs.grocery.shop import GroceryShop
+from goalscope.envs.scenarios import Scenario
 from goalscope.models import Completion
-from goalscope.modules import modules_of
-from goalscope.occasions import Occasion
-from goalscope.types import UNSPECIFIED, Goal, GoalChange, InvalidInputError, Turn
-from goalscope.writer import Recalling, Writer
 
 TURNS = [Turn("Yes?", "soup soup")]
 
@@ -84,9 +84,9 @@ def test_a_writer_that_names_none_proposes_nothing(lines: str, weighed: bool) ->
 def test_the_aim_of_the_occasion_most_like_the_words_is_a_candidate_too() -> None:
     asked: list[tuple[str, int]] = []
 
-    def like(text: str, most: int) -> list[Occasion]:
+    def like(text: str, most: int) -> list[Scenario]:
         asked.append((text, most))
-        return [Occasion("x-1", "shop", "cook a soup", (), ("leeks",))]
+        return [Scenario("x-1", "shop", "cook a soup", (), ("leeks",))]
 
     def named(lines: str) -> list[str]:
         writer = Recalling(Writer(WordModel({GOALS: lines})), like)
@@ -116,7 +116,7 @@ class Scores:
 )
 def test_what_cannot_write_proposes_nothing_and_is_named(odd, told) -> None:
     with pytest.raises(InvalidInputError, match=told):
-        modules_of(odd)
+        toolkit_of(odd)
 
 
 def test_least_likely_goal_goes_after_patience_and_unspecified_never() -> None:

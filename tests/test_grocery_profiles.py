@@ -7,9 +7,9 @@ from pathlib import Path
 
 import pytest
 
+from goalscope.base.types import InvalidInputError, Profile
 from goalscope.envs.grocery import Item, load_profiles
 from goalscope.envs.grocery.profiles import checks_met, unwanted
-from goalscope.types import InvalidInputError, Profile
 
 GOOD = """[[profile]]
 name = "a"

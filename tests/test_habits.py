@@ -8,17 +8,17 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from fakes import LampRoom, WordModel, said
+from goalscope.agent.habits import CHANGED, HESITATION, REMARKS, WORDS, Habit, habitual, shortened
+from goalscope.agent.people import SimulatedHuman, completes
+from goalscope.agent.settings import Settings, settings_of
+from goalscope.base.nouns import contains, singulars
+from goalscope.base.types import InvalidInputError, Profile
 from goalscope.cli import chat as cli_chat
-from goalscope.dialog import SimulatedHuman, completes
-from goalscope.domains import Settings, settings_of
 from goalscope.envs.grocery import Catalogue, GroceryShop
 from goalscope.envs.house import HomeRobot, HouseController
-from goalscope.habits import CHANGED, HESITATION, REMARKS, WORDS, Habit, habitual, shortened
 from goalscope.models import Completion
-from goalscope.session import Session
-from goalscope.store import Store
-from goalscope.types import InvalidInputError, Profile
-from goalscope.words import contains, singulars
+from goalscope.storage.session import Session
+from goalscope.storage.store import Store
 
 HABITS = typing.get_args(Habit)
 READER = Profile("reader", "You want to read: novels, in bed. You need a lamp.", ())

@@ -14,9 +14,9 @@ from typing import Any
 
 import pytest
 
+from goalscope.base.types import InvalidInputError
 from goalscope.envs.house.simulator.object_types import PREDICATES
 from goalscope.envs.house.simulator.scenes import load_scene
-from goalscope.types import InvalidInputError
 from houses import facts, house, named, run
 
 sys.path.append(str(Path(__file__).parents[1] / "benchmarks"))

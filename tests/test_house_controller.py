@@ -8,9 +8,9 @@ from typing import Any
 
 import pytest
 
+from goalscope.base.types import InvalidInputError
 from goalscope.envs.house.simulator.controller import HouseController
 from goalscope.envs.house.simulator.scenes import load_scene
-from goalscope.types import InvalidInputError
 
 
 def things(controller: HouseController) -> dict[str, dict[str, Any]]:

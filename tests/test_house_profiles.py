@@ -8,10 +8,10 @@ from typing import Any
 
 import pytest
 
+from goalscope.base.types import InvalidInputError, Profile
 from goalscope.envs.house.profiles import checks_met, load_profiles
 from goalscope.envs.house.simulator.scenes import load_scene
 from goalscope.envs.house.simulator.world import House
-from goalscope.types import InvalidInputError, Profile
 
 GOOD = """[[profile]]
 name = "a"

@@ -7,13 +7,13 @@ from typing import Any
 
 import pytest
 
+from goalscope.base.nouns import singulars
+from goalscope.base.types import Action, StepResult
 from goalscope.envs.house import HomeRobot, HouseController
-from goalscope.orders import Order, Reading, orders_from_text
-from goalscope.standing import Standing, fold
-from goalscope.types import Action, StepResult
-from goalscope.words import singulars
+from goalscope.language.dialogue_state import DialogueState, fold
+from goalscope.language.orders import Order, Reading, orders_from_text
 
-FREE = Standing()
+FREE = DialogueState()
 
 
 def pick(said: str, names: Sequence[str]) -> str:
@@ -38,11 +38,11 @@ def order(text: str) -> Order:
     return found
 
 
-def plan(robot: HomeRobot, text: str, standing: Standing = FREE) -> list[str]:
+def plan(robot: HomeRobot, text: str, standing: DialogueState = FREE) -> list[str]:
     return [str(action) for action in robot.resolve(order(text), standing, pick).actions]
 
 
-def why(robot: HomeRobot, text: str, standing: Standing = FREE) -> str:
+def why(robot: HomeRobot, text: str, standing: DialogueState = FREE) -> str:
     """Why nothing is done for an order."""
     found = robot.resolve(order(text), standing, pick)
     assert found.actions == ()
@@ -60,7 +60,7 @@ def follow(robot: HomeRobot, *texts: str) -> list[StepResult]:
     return results
 
 
-def standing(*texts: str) -> Standing:
+def standing(*texts: str) -> DialogueState:
     return fold([Reading(tuple(order(text) for text in texts))])
 
 

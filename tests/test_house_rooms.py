@@ -8,12 +8,12 @@ from typing import Any
 
 import pytest
 
+from goalscope.base.types import InvalidInputError
 from goalscope.envs.house.simulator.geometry import Box, box_of
 from goalscope.envs.house.simulator.object_types import object_types
 from goalscope.envs.house.simulator.rooms import read_room
 from goalscope.envs.house.simulator.scenes import load_scene
 from goalscope.envs.house.simulator.state import GRID, REACH, Scene, State
-from goalscope.types import InvalidInputError
 
 ROOMS = ["Bathroom1", "Bedroom1", "Kitchen1", "LivingRoom1"]
 

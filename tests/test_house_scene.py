@@ -13,6 +13,7 @@ from typing import Any
 
 import pytest
 
+from goalscope.base.types import InvalidInputError
 from goalscope.envs.house.simulator import scenes
 from goalscope.envs.house.simulator.scenes import (
     import_scene,
@@ -23,7 +24,6 @@ from goalscope.envs.house.simulator.scenes import (
 )
 from goalscope.envs.house.simulator.state import Scene, State
 from goalscope.envs.house.simulator.world import House
-from goalscope.types import InvalidInputError
 
 LAMP, TABLE, BOOK = "FloorLamp|+01|+00|+01", "DiningTable|+02|+00|+02", "Book|+02|+00.7|+02"
 OWN = ["Bathroom1", "Bedroom1", "Kitchen1", "LivingRoom1"]

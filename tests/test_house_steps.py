@@ -5,15 +5,15 @@ from typing import Any
 import pytest
 
 from fakes import WordModel
-from goalscope.agent import Agent
+from goalscope.agent.agent import Agent
+from goalscope.base.types import Action, GoalscopeError, Profile
 from goalscope.envs import Environment
 from goalscope.envs.check import check_env
 from goalscope.envs.house import HomeRobot, HouseController, load_profiles
-from goalscope.orders import Reading, orders_from_text
-from goalscope.standing import Standing, fold
-from goalscope.types import Action, GoalscopeError, Profile
+from goalscope.language.dialogue_state import DialogueState, fold
+from goalscope.language.orders import Reading, orders_from_text
 
-FREE = Standing()
+FREE = DialogueState()
 
 
 @pytest.fixture

@@ -8,13 +8,13 @@ from typing import Any
 import pytest
 from typer.testing import CliRunner
 
+from goalscope.base.types import Action, GoalscopeError, InvalidInputError
 from goalscope.cli.main import app
 from goalscope.envs.check import check_env
 from goalscope.envs.house import HomeRobot, HouseController, start_thor
-from goalscope.orders import Order
-from goalscope.picking import Picker
-from goalscope.standing import Standing
-from goalscope.types import Action, GoalscopeError, InvalidInputError
+from goalscope.language.dialogue_state import DialogueState
+from goalscope.language.matcher import Matcher
+from goalscope.language.orders import Order
 from unity import executable
 
 pytestmark = [
@@ -48,7 +48,7 @@ def test_the_robot_cannot_tell_the_two_apart(unity: str) -> None:
     try:
         assert ours.fingerprint() == theirs.fingerprint()
         found = [
-            [robot.resolve(order, Standing(), Picker()) for order in orders]
+            [robot.resolve(order, DialogueState(), Matcher()) for order in orders]
             for robot in (ours, theirs)
         ]
         assert found[0] == found[1]

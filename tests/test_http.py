@@ -18,8 +18,8 @@ from typing import Any
 
 import pytest
 
-from goalscope.models.http import ATTEMPTS, Refusal, Server, understood
-from goalscope.types import ModelError
+from goalscope.base.types import ModelError
+from goalscope.models.served.client import ATTEMPTS, Refusal, Server, understood
 
 httpx2 = pytest.importorskip("httpx2", reason="models behind a server need goalscope[remote]")
 
@@ -288,7 +288,7 @@ def test_no_json_is_asked_for_again(naps: list[float], content: bytes) -> None:
 
 
 def test_a_huge_answer_is_cut_short(naps: list[float], monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("goalscope.models.http._LARGEST", 1 << 20)
+    monkeypatch.setattr("goalscope.models.served.client._LARGEST", 1 << 20)
     sent = []
 
     def endless() -> Iterator[bytes]:

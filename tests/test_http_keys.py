@@ -11,8 +11,8 @@ from typing import Any
 
 import pytest
 
-from goalscope.models.http import Server
-from goalscope.types import InvalidInputError, ModelError
+from goalscope.base.types import InvalidInputError, ModelError
+from goalscope.models.served.client import Server
 from test_http import KEY, URL, Replay, answer, asked, failure, naps, no_key  # noqa: F401
 
 httpx2 = pytest.importorskip("httpx2", reason="models behind a server need goalscope[remote]")

@@ -11,17 +11,15 @@ from hypothesis import example, given
 from hypothesis import strategies as st
 from rich.console import Console
 
-from goalscope.display import show_round
+from goalscope.agent.round import Round
+from goalscope.base.nouns import words
+from goalscope.base.text import FORMAT, JOINERS, plain, terminal_safe, without_invisible
+from goalscope.base.types import Goal, InvalidInputError, Turn, canonical, checked_text
+from goalscope.belief.tracker import GoalTracker
+from goalscope.cli.display import show_round
 from goalscope.envs.house.floor_plan import floor_plan
 from goalscope.envs.house.simulator.rooms import read_room
-from goalscope.episode import Round
-from goalscope.invisible import FORMAT, JOINERS, without_invisible
-from goalscope.plain_text import plain
-from goalscope.safe_text import terminal_safe
-from goalscope.store import Store
-from goalscope.tracker import GoalTracker
-from goalscope.types import Goal, InvalidInputError, Turn, canonical, checked_text
-from goalscope.words import words
+from goalscope.storage.store import Store
 from test_catalogue import load
 from test_house_picture import room
 from test_house_rooms import GOOD

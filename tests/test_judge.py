@@ -8,12 +8,12 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from fakes import WordModel
-from goalscope.domains import possible_actions as possible
+from goalscope.agent.settings import possible_actions as possible
+from goalscope.base.types import Action, InvalidInputError, ModelError
 from goalscope.envs.grocery import Catalogue, GroceryShop
-from goalscope.judge import SCORES, Trial, judge
+from goalscope.experiment.judge import SCORES, Trial, judge
 from goalscope.models import Completion, unfinished_json
-from goalscope.models.served_generator import ServedGenerator
-from goalscope.types import Action, InvalidInputError, ModelError
+from goalscope.models.served.generator import ServedGenerator
 
 CASE = {"task": "The agent sells.", "description": "You want\ntea."}
 GOOD = {"explanation": "There is tea.", "score": 2.25}

@@ -8,15 +8,15 @@ from pathlib import Path
 import pytest
 
 from fakes import WordModel
-from goalscope.benchmarks.reading import Language, Line
+from goalscope.agent.writer import JUDGEMENTS, Writer
+from goalscope.base.nouns import singulars
+from goalscope.base.types import InvalidInputError, Turn
+from goalscope.envs.scenarios import Scenario, shipped_scenarios
+from goalscope.experiment.reading_scores import Language, Line
 from goalscope.fitting import lessons
 from goalscope.fitting.corpus import Entry, Talk, corpus_facts, read_entries
 from goalscope.fitting.lessons import Lesson, lessons_of
-from goalscope.occasions import Occasion, shipped_occasions
-from goalscope.orders import Order, Verb
-from goalscope.types import InvalidInputError, Turn
-from goalscope.words import singulars
-from goalscope.writer import JUDGEMENTS, Writer
+from goalscope.language.orders import Order, Verb
 
 LANGUAGES = {"grocery": Language((Verb("add", ""), Verb("clear", "", ())), "You sell food.", ())}
 ROWS = {
@@ -74,14 +74,14 @@ def test_each_kind_of_row_is_read_as_what_it_is(tmp_path: Path) -> None:
     turns = (Turn("Yes?", "We have guests."),)
     goals = ("feed guests", "have a party")
     assert talk == Talk("a-2", "grocery", turns, "add: milk", goals, "How many?")
-    assert isinstance(occasion, Occasion)
+    assert isinstance(occasion, Scenario)
     assert occasion.unwanted == ("dog food",)
-    assert isinstance(recipe, Occasion)
+    assert isinstance(recipe, Scenario)
 
 
 def test_a_recipe_becomes_what_its_dish_calls_for(tmp_path: Path) -> None:
     (found,) = read(tmp_path, ROWS["recipe"])
-    assert isinstance(found, Occasion)
+    assert isinstance(found, Scenario)
     assert (found.domain, found.aim, found.said) == ("grocery", "make mom's apple pie", ())
     assert found.needed == ("all-purpose flour", "apples", "butter", "white sugar", "eggs")
 
@@ -194,7 +194,7 @@ def test_what_is_taught_is_what_the_writer_is_asked_for(tmp_path: Path) -> None:
     """Its prompts are those of the lessons, and it understands their answers."""
     talk, occasion = read(tmp_path, ROWS["talk"], ROWS["occasion"])
     assert isinstance(talk, Talk)
-    assert isinstance(occasion, Occasion)
+    assert isinstance(occasion, Scenario)
     asked = []
 
     class Keeps(WordModel):
@@ -221,7 +221,7 @@ def judged(made: list[Lesson]) -> list[tuple[str, str]]:
 
 @pytest.mark.parametrize("domain", ["grocery", "house"])
 def test_judgements_never_call_needed_what_is_unwanted_nor_the_reverse(domain: str) -> None:
-    found = [*shipped_occasions(domain).occasions[:120]]
+    found = [*shipped_scenarios(domain).occasions[:120]]
     by_aim = {each.aim: each for each in found}
     labels = set[str]()
     made = lessons_of(found, WordModel(), LANGUAGES, known=found)
@@ -241,7 +241,7 @@ def test_judgements_never_call_needed_what_is_unwanted_nor_the_reverse(domain: s
 
 
 def test_an_occasion_never_lies_in_its_own_prompt() -> None:
-    found = [*shipped_occasions("grocery").occasions[:60]]
+    found = [*shipped_scenarios("grocery").occasions[:60]]
     made = lessons_of(found, WordModel(), LANGUAGES, known=found)
     shown = 0
     for number, each in enumerate(found):

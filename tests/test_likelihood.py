@@ -8,11 +8,11 @@ import numpy as np
 import pytest
 
 from fakes import WordModel
-from goalscope.calibration import DEFAULT, LAST_TURN, PAPER, Calibration
-from goalscope.goals import irrelevant
-from goalscope.likelihood import GOAL_TOKENS, RolePlay
-from goalscope.tracker import GoalTracker
-from goalscope.types import UNSPECIFIED, Goal, InvalidInputError, ModelError, Turn
+from goalscope.base.types import UNSPECIFIED, Goal, InvalidInputError, ModelError, Turn
+from goalscope.belief.calibration import DEFAULT, LAST_TURN, PAPER, Calibration
+from goalscope.belief.goal_manager import irrelevant
+from goalscope.belief.likelihood import GOAL_TOKENS, RolePlay
+from goalscope.belief.tracker import GoalTracker
 
 CAKE, SOUP = Goal("bake cake"), Goal("cook soup")
 TURNS = [Turn("What now?", "cake cake"), Turn("And then?", "soup")]
@@ -187,7 +187,7 @@ def test_a_tracker_believes_as_its_likelihood_is_calibrated_unless_told_otherwis
         asked.append((scorer.name, layout, end_of_turn))
         return Calibration(temperature=7.0), "known"
 
-    monkeypatch.setattr("goalscope.likelihood.known_calibration", known)
+    monkeypatch.setattr("goalscope.belief.likelihood.known_calibration", known)
     roleplay = RolePlay(WordModel(), layout="goal-first", end_of_turn=True)
     tracker = GoalTracker(likelihood=roleplay, goals=["bake cake", "cook soup"])
     assert tracker.observe("Yes?", "cake").calibration == Calibration(temperature=7.0)

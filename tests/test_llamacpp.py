@@ -14,13 +14,13 @@ from typing import Any
 import numpy as np
 import pytest
 
+from goalscope.base.types import Message, ModelError, UnreadableAnswerError
 from goalscope.models.check import check
-from goalscope.models.engine import engine
-from goalscope.models.llamacpp import LlamaCpp, embedded_path
-from goalscope.models.native import MAX_PATHS, Running, Weights
-from goalscope.models.sampling import LlamaGrammar
-from goalscope.models.tune import Tuning, tune
-from goalscope.types import Message, ModelError, UnreadableAnswerError
+from goalscope.models.llama.engine import engine
+from goalscope.models.llama.model import LlamaCpp, embedded_path
+from goalscope.models.llama.native import MAX_PATHS, Running, Weights
+from goalscope.models.llama.sampling import LlamaGrammar
+from goalscope.models.llama.tune import Tuning, tune
 from test_model_contract import CONTEXTS, HISTORY, REPLIES, TOLERANCE, one_at_a_time, sums
 
 
@@ -68,7 +68,7 @@ def test_an_interrupted_call_leaves_a_sound_cache(
         raise KeyboardInterrupt
 
     with monkeypatch.context() as patch:
-        patch.setattr("goalscope.models.llamacpp.log_prob", interrupt)
+        patch.setattr("goalscope.models.llama.model.log_prob", interrupt)
         with pytest.raises(KeyboardInterrupt):
             sums(model, CONTEXTS, REPLIES)
     np.testing.assert_allclose(sums(model, CONTEXTS, REPLIES), expected, atol=TOLERANCE)
@@ -102,7 +102,7 @@ def test_damaged_weights_are_named_with_what_to_do(
     assert re.search(said, problem)
     engine.close()
     monkeypatch.setattr("platformdirs.user_cache_path", lambda _: tmp_path)
-    monkeypatch.setattr("goalscope.models.tune._TYPES", ("Q8_0",))
+    monkeypatch.setattr("goalscope.models.llama.tune._TYPES", ("Q8_0",))
     with pytest.raises(ModelError, match=rf"{damaged} is damaged.* Download it again"):
         tune(damaged, 1)
     assert not recwarn.list
@@ -115,7 +115,7 @@ def test_a_damaged_copy_is_to_be_deleted_and_the_embedded_model_installed(
     copy.write_bytes(b"GGUF")
     for path, said in ((copy, "Delete the copies in"), (own, "Reinstall goalscope")):
         tuning = Tuning(own, path, 1, Running(1))
-        monkeypatch.setattr("goalscope.models.llamacpp.tuned", lambda *_, of=tuning: of)
+        monkeypatch.setattr("goalscope.models.llama.model.tuned", lambda *_, of=tuning: of)
         with monkeypatch.context() as patch:
             patch.setattr(engine().lib, "llama_model_load_from_file", lambda *_: None)
             with pytest.raises(ModelError, match=rf"{path} is not a complete.* {said}"):
@@ -226,7 +226,7 @@ def test_a_fork_is_refused_and_does_not_wait_for_ever() -> None:
     code = """
 import os
 from goalscope import GoalTracker
-from goalscope.types import ModelError
+from goalscope.base.types import ModelError
 
 def refused():
     for tracker in (old, lambda: GoalTracker(goals=["make tea"])):

@@ -11,9 +11,14 @@ from pathlib import Path
 import pytest
 
 from fakes import WordModel
-from goalscope.benchmarks.mcq import Question, measure_question, read_questions, rephrase
+from goalscope.base.types import InvalidInputError, ModelError
+from goalscope.experiment.multiple_choice import (
+    Question,
+    measure_question,
+    read_questions,
+    rephrase,
+)
 from goalscope.models import Completion
-from goalscope.types import InvalidInputError, ModelError
 
 HEAD = "prompt,A,B,C,D,E,answer\n"
 CHOICES = {"A": "red apples", "B": "green pears"}

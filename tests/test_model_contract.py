@@ -14,10 +14,10 @@ from typing import Any
 import numpy as np
 import pytest
 
-from goalscope.models.llamacpp import embedded_path
+from goalscope.base.types import InvalidInputError, Message, ModelError
+from goalscope.models.llama.model import embedded_path
 from goalscope.models.opening import parts
 from goalscope.models.scoring import TokenScorer
-from goalscope.types import InvalidInputError, Message, ModelError
 
 TOLERANCE = 0.25
 """Nats a sequence: BF16 rounding makes one order of summation differ from another by about 0.1."""
@@ -51,7 +51,7 @@ def backend(request: pytest.FixtureRequest) -> Any:
         return request.getfixturevalue("ready_built")
     if request.param == "transformers":
         pytest.importorskip("transformers")
-        from goalscope.models.transformers import Transformers
+        from goalscope.models.torch.model import Transformers
 
         return Transformers(embedded_path())
     return request.getfixturevalue("llama_server")

@@ -1,15 +1,15 @@
-"""Occasions from life: those that ship are sound, and those nearest to words are found."""
+"""Scenarios from life: those that ship are sound, and those nearest to words are found."""
 
 import pytest
 
+from goalscope.base.types import InvalidInputError, canonical
 from goalscope.envs.house import HomeRobot
-from goalscope.occasions import Nearest, Occasion, occasion_from_json, shipped_occasions
-from goalscope.orders import orders_from_text
-from goalscope.types import InvalidInputError, canonical
+from goalscope.envs.scenarios import Nearest, Scenario, scenario_from_json, shipped_scenarios
+from goalscope.language.orders import orders_from_text
 
-CAKE = Occasion("a-1", "grocery", "bake a birthday cake", ("It is my son's birthday.",), ("flour",))
-CAR = Occasion("a-2", "grocery", "wash the car", ("The car is filthy.",), ("sponge",))
-SOUP = Occasion("b-1", "grocery", "cook tomato soup", ("A soup would be nice.",), ("tomatoes",))
+CAKE = Scenario("a-1", "grocery", "bake a birthday cake", ("It is my son's birthday.",), ("flour",))
+CAR = Scenario("a-2", "grocery", "wash the car", ("The car is filthy.",), ("sponge",))
+SOUP = Scenario("b-1", "grocery", "cook tomato soup", ("A soup would be nice.",), ("tomatoes",))
 THREE = Nearest([CAKE, CAR, SOUP])
 DOMAINS = ("grocery", "house")
 RIGHT = {"id": "w", "domain": "grocery", "aim": "eat", "said": ["We eat."], "needed": ["bread"]}
@@ -25,7 +25,7 @@ RIGHT = {"id": "w", "domain": "grocery", "aim": "eat", "said": ["We eat."], "nee
         ("clean my automobile", CAR),
     ],
 )
-def test_the_nearest_is_first_by_words_or_by_what_they_mean(text: str, nearest: Occasion) -> None:
+def test_the_nearest_is_first_by_words_or_by_what_they_mean(text: str, nearest: Scenario) -> None:
     assert THREE(text, 3)[0] == nearest
     assert {*THREE(text, 9)} == {CAKE, CAR, SOUP}
 
@@ -46,16 +46,16 @@ def test_words_that_mean_nothing_here_find_something_all_the_same(text: str) -> 
 
 def test_among_none_none_is_found() -> None:
     assert Nearest([])("cake", 4) == []
-    assert shipped_occasions("garden")("a pond", 4) == []
+    assert shipped_scenarios("garden")("a pond", 4) == []
 
 
 def test_an_occasion_that_nobody_told_is_found_by_its_aim() -> None:
-    quiet = Occasion("c-1", "grocery", "polish silver spoons", (), ("cloth",))
+    quiet = Scenario("c-1", "grocery", "polish silver spoons", (), ("cloth",))
     assert Nearest([CAKE, quiet])("silver spoons", 1) == [quiet]
 
 
 def test_shipped_occasions_are_many_and_each_is_named_once() -> None:
-    found = [each for domain in DOMAINS for each in shipped_occasions(domain).occasions]
+    found = [each for domain in DOMAINS for each in shipped_scenarios(domain).occasions]
     assert len(found) > 2000
     assert len({each.id for each in found}) == len(found)
     assert {each.domain for each in found} == {*DOMAINS}
@@ -63,7 +63,7 @@ def test_shipped_occasions_are_many_and_each_is_named_once() -> None:
 
 @pytest.mark.parametrize("domain", DOMAINS)
 def test_each_shipped_occasion_has_its_lists_and_no_phrase_twice(domain: str) -> None:
-    for each in shipped_occasions(domain).occasions:
+    for each in shipped_scenarios(domain).occasions:
         assert each.said, each.id
         assert each.needed, each.id
         phrases = [*each.needed, *each.nice, *each.unwanted]
@@ -73,14 +73,14 @@ def test_each_shipped_occasion_has_its_lists_and_no_phrase_twice(domain: str) ->
 
 
 def test_what_shipped_occasions_of_the_house_call_for_are_orders() -> None:
-    for each in shipped_occasions("house").occasions:
+    for each in shipped_scenarios("house").occasions:
         for phrase in (*each.needed, *each.nice, *each.unwanted):
             (order,) = orders_from_text(phrase, HomeRobot.verbs)
             assert order.what, (each.id, phrase)
 
 
 def test_the_words_of_a_shipped_occasion_find_it() -> None:
-    near = shipped_occasions("grocery")
+    near = shipped_scenarios("grocery")
     tried = near.occasions[::40]
     found = sum(each in near(each.said[0], 4) for each in tried)
     assert found > 0.95 * len(tried)
@@ -102,6 +102,6 @@ def test_the_words_of_a_shipped_occasion_find_it() -> None:
     ],
 )
 def test_a_wrong_occasion_is_refused(data: object, cause: str) -> None:
-    assert occasion_from_json(RIGHT).needed == ("bread",)
+    assert scenario_from_json(RIGHT).needed == ("bread",)
     with pytest.raises(InvalidInputError, match=cause):
-        occasion_from_json(data)
+        scenario_from_json(data)

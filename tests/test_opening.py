@@ -12,11 +12,11 @@ import pytest
 from typer.testing import CliRunner
 
 from fakes import WordModel
+from goalscope.base.types import InvalidInputError, Message, ModelError
 from goalscope.cli.main import app
 from goalscope.models.cache import CachedModel
-from goalscope.models.llamacpp import LlamaCpp, embedded_path
-from goalscope.models.opening import TwoModels, forget, model_label, open_model, parts
-from goalscope.types import InvalidInputError, Message, ModelError
+from goalscope.models.llama.model import LlamaCpp, embedded_path
+from goalscope.models.opening import ModelSet, forget, model_label, open_model, parts
 
 CHAT = [Message("user", "milk and eggs")]
 
@@ -42,7 +42,7 @@ class Named(WordModel):
 
 def test_one_writes_and_the_other_scores() -> None:
     writer, scorer = Named("writer", 100), Named("scorer", 50)
-    both = TwoModels(writer, scorer)
+    both = ModelSet(writer, scorer)
     assert both.generate(CHAT).text == "by writer"
     both.token_logprobs([CHAT], ["milk"])
     assert (writer.calls, scorer.calls) == (0, 1)
@@ -55,7 +55,7 @@ def test_one_writes_and_the_other_scores() -> None:
 
 def test_every_part_forgets_once(tmp_path: Path) -> None:
     one, two, three = Named("one"), Named("two"), Named("three")
-    forget(TwoModels(one, CachedModel(two, tmp_path / "calls.db"), reader=one, writer=three))
+    forget(ModelSet(one, CachedModel(two, tmp_path / "calls.db"), reader=one, writer=three))
     assert [each.forgot for each in (one, two, three)] == [1, 1, 1]
     forget(WordModel({}))
 
@@ -128,7 +128,7 @@ def test_a_served_model_of_a_private_name_is_looked_for_nowhere(
     hub = pytest.importorskip("huggingface_hub")
     asked: list[str] = []
     monkeypatch.setattr(hub, "hf_hub_download", lambda name, *_, **__: asked.append(name))
-    monkeypatch.setattr("goalscope.models.http.Server.facts", {"id": "our-secret"})
+    monkeypatch.setattr("goalscope.models.served.client.Server.facts", {"id": "our-secret"})
     with pytest.raises(
         ModelError, match=r"our-secret is not a name.*open_model\(tokenizer=\.\.\.\)"
     ):

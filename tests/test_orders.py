@@ -4,9 +4,10 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from goalscope.base.types import InvalidInputError
 from goalscope.envs.grocery import GroceryShop
 from goalscope.envs.house import HomeRobot
-from goalscope.orders import (
+from goalscope.language.orders import (
     Order,
     Reading,
     Verb,
@@ -17,7 +18,6 @@ from goalscope.orders import (
     orders_to_text,
     words_of,
 )
-from goalscope.types import InvalidInputError
 
 VERBS = (
     Verb("add", "", ("what", "quantity", "for", "where")),

@@ -6,13 +6,7 @@ import numpy as np
 import pytest
 
 from fakes import LampRoom, WordModel
-from goalscope.calibration import PAPER
-from goalscope.envs import Resolution
-from goalscope.goals import GoalManager
-from goalscope.likelihood import RolePlay
-from goalscope.orders import Order, Reading
-from goalscope.tracker import GoalTracker
-from goalscope.types import (
+from goalscope.base.types import (
     UNSPECIFIED,
     Action,
     Goal,
@@ -20,6 +14,12 @@ from goalscope.types import (
     StepResult,
     UnreadableAnswerError,
 )
+from goalscope.belief.calibration import PAPER
+from goalscope.belief.goal_manager import GoalManager
+from goalscope.belief.likelihood import RolePlay
+from goalscope.belief.tracker import GoalTracker
+from goalscope.envs import Resolution
+from goalscope.language.orders import Order, Reading
 from lamps import Speechless, Writes, agent_in
 
 TEA, CAKE = Goal("make tea"), Goal("bake a cake")

@@ -10,10 +10,10 @@ from playwright.sync_api import Page, expect
 
 from browsers import needs_chromium
 from fakes import WordModel
-from goalscope.domains import Settings, load_domain, open_environment
-from goalscope.session import Session
-from goalscope.store import Store
-from goalscope.tracking import Trackers
+from goalscope.agent.settings import Settings, load_domain, open_environment
+from goalscope.storage.session import Session
+from goalscope.storage.store import Store
+from goalscope.storage.tracking import Trackers
 from sites import KEY, WRITES, site
 from test_run import NamedModel
 

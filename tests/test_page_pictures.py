@@ -16,7 +16,7 @@ from playwright.sync_api import Browser, Page, expect
 
 from browsers import needs_chromium
 from goalscope.models.opening import open_model
-from goalscope.store import Store
+from goalscope.storage.store import Store
 from goalscope.study.plan import Plan
 from goalscope.study.store import StudyStore
 from sites import site

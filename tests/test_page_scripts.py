@@ -6,7 +6,7 @@ import pytest
 from playwright.sync_api import Page, expect
 
 from browsers import needs_chromium
-from goalscope.invisible import JOINERS
+from goalscope.base.text import JOINERS
 from test_page import begin, rounds, say
 
 pytestmark = needs_chromium

@@ -10,7 +10,7 @@ from playwright.sync_api import Locator, Page, expect
 
 from browsers import needs_chromium
 from fakes import WordModel
-from goalscope.store import Store
+from goalscope.storage.store import Store
 from goalscope.study.store import StudyStore
 from sites import WRITES, site
 from test_page import WANTS, begin, rounds, say

@@ -12,16 +12,16 @@ import numpy as np
 import pytest
 
 from fakes import GOALS, LampRoom, RefusesAll, WordModel, plans
-from goalscope.agent import Agent, K
-from goalscope.calibration import PAPER
-from goalscope.domains import Settings, open_environment, settings_of
+from goalscope.agent.agent import Agent, K
+from goalscope.agent.planner import Outcome
+from goalscope.agent.settings import Settings, open_environment, settings_of
+from goalscope.agent.toolkit import PIPELINE, pipeline_of
+from goalscope.base.types import Goal, InvalidInputError, UnreadableAnswerError
+from goalscope.belief.calibration import PAPER
 from goalscope.envs import GUESSED
 from goalscope.models.opening import forget, open_model
-from goalscope.modules import PIPELINE, pipeline_of
-from goalscope.policy import Outcome
-from goalscope.session import Session
-from goalscope.store import Store
-from goalscope.types import Goal, InvalidInputError, UnreadableAnswerError
+from goalscope.storage.session import Session
+from goalscope.storage.store import Store
 from lamps import RANKS, REPLIES, agent_in
 
 EVERY = [*permutations(PIPELINE)]
@@ -116,8 +116,8 @@ def test_goals_that_are_ruled_out_this_round_are_not_proposed_in_it() -> None:
 
 @pytest.mark.parametrize("pipeline", EVERY, ids="-".join)
 def test_rounds_as_the_least_likely_are_counted_once(pipeline, monkeypatch) -> None:
-    monkeypatch.setattr("goalscope.goals.IMPROBABLE", 1.0)
-    monkeypatch.setattr("goalscope.goals.FEWEST", 0)
+    monkeypatch.setattr("goalscope.belief.goal_manager.IMPROBABLE", 1.0)
+    monkeypatch.setattr("goalscope.belief.goal_manager.FEWEST", 0)
     agent = agent_in(LampRoom(), pipeline=pipeline, patience=2)
     rounds = [agent.step("What?", "have lamp light") for _ in range(6)]
     gone = min(round.number for round in rounds if "removed" in kinds(round))

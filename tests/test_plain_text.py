@@ -8,12 +8,12 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from goalscope.cues import doubtful
-from goalscope.guards import is_yes, speaks_of_harm
-from goalscope.orders import Reading
-from goalscope.plain_text import plain
-from goalscope.tracker import GoalTracker
-from goalscope.types import Goal, InvalidInputError, canonical
+from goalscope.agent.guards import is_yes, speaks_of_harm
+from goalscope.base.text import plain
+from goalscope.base.types import Goal, InvalidInputError, canonical
+from goalscope.belief.tracker import GoalTracker
+from goalscope.language.cues import doubtful
+from goalscope.language.orders import Reading
 
 APOSTROPHES = "\u2018\u2019\u00b4\u2032\u02bc\uff07`\u02b9\u02bb\u055a\u2035\u275c\u0092"
 HYPHENS = "\u2010\u2011\u2012\u2013\u2212\u02d7\u2043\ufe58\ufe63\uff0d"

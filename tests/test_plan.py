@@ -9,8 +9,10 @@ from pathlib import Path
 
 import pytest
 
-from goalscope.calibration import Calibration
-from goalscope.calibrations import keep_calibration
+from goalscope.agent.toolkit import MODULES
+from goalscope.base.types import InvalidInputError
+from goalscope.belief.calibration import Calibration
+from goalscope.belief.calibrations import keep_calibration
 from goalscope.datasets import data_folder
 from goalscope.experiment.plan import (
     DialoguesPart,
@@ -21,10 +23,8 @@ from goalscope.experiment.plan import (
     judging,
     specs_of,
 )
-from goalscope.experiment.reading import read_experiment
+from goalscope.experiment.plan_reading import read_experiment
 from goalscope.experiment.results import Cell, cell_key
-from goalscope.modules import MODULES
-from goalscope.types import InvalidInputError
 
 SHIPPED = sorted((Path(__file__).parents[1] / "experiments").glob("*.toml"))
 ROW = {
@@ -157,7 +157,7 @@ REFUSED = [
 
 MINE = '''
 import numpy as np
-from goalscope.calibration import PAPER
+from goalscope.belief.calibration import PAPER
 
 
 class Mine:

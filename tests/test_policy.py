@@ -8,18 +8,18 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from fakes import NEEDS, LampRoom, WordModel, plans, said
-from goalscope.agent import Agent
+from goalscope.agent.agent import Agent
+from goalscope.agent.planner import NeedPlanner, Outcome, Want, called_for, choose
+from goalscope.agent.writer import JUDGEMENTS, Writer
+from goalscope.base.types import Action, StepResult
 from goalscope.envs import Environment
 from goalscope.envs.grocery import Catalogue, GroceryShop
 from goalscope.envs.house import HomeRobot, HouseController
-from goalscope.occasions import Occasion
-from goalscope.orders import Order
-from goalscope.policy import NeedPlanner, Outcome, Want, called_for, choose
-from goalscope.standing import Standing
-from goalscope.types import Action, StepResult
-from goalscope.writer import JUDGEMENTS, Writer
+from goalscope.envs.scenarios import Scenario
+from goalscope.language.dialogue_state import DialogueState
+from goalscope.language.orders import Order
 
-FREE = Standing()
+FREE = DialogueState()
 HELLO = said("hello")
 READ, SLEEP = Want("read", 0.45), Want("sleep", 0.55)
 
@@ -52,11 +52,11 @@ class Lived(LampRoom):
     def __init__(self, offers: Sequence[str], table: Mapping[str, str]) -> None:
         super().__init__(offers)
         self.known = {
-            aim: Occasion(f"x-{aim}", "room", aim, (), tuple(needed.split(", ")))
+            aim: Scenario(f"x-{aim}", "room", aim, (), tuple(needed.split(", ")))
             for aim, needed in table.items()
         }
 
-    def like(self, text: str, most: int) -> list[Occasion]:
+    def like(self, text: str, most: int) -> list[Scenario]:
         return [each for aim, each in self.known.items() if text.endswith(aim)][:most]
 
 
@@ -177,7 +177,7 @@ SWITCHED_OFF = [StepResult(Action("switch off", "lamp"), True, "It is off.")]
         (
             ["lamp", "candle"],
             "lamp, candle",
-            {"standing": Standing(limits=(Order("avoid", "lamp"),))},
+            {"standing": DialogueState(limits=(Order("avoid", "lamp"),))},
             ["candle"],
         ),
         (["lamp"], "moon, lamp", {}, ["lamp"]),
@@ -196,7 +196,7 @@ def test_what_was_done_once_is_not_done_with_another_of_its_kind() -> None:
         like = Lived.like
 
     robot = Home(HouseController("Kitchen1"))
-    robot.known = {"read": Occasion("x-1", "house", "read", (), ("put plate | where sink",))}
+    robot.known = {"read": Scenario("x-1", "house", "read", (), ("put plate | where sink",))}
     first = act(robot, {}, Want("read", 1.0))
     assert len(first.results) == 1
     again = act(robot, {}, Want("read", 1.0), history=first.results)
@@ -210,7 +210,7 @@ def test_a_second_thing_of_a_kind_is_not_guessed(held, comes) -> None:
 
     shop = Shop(Catalogue.load())
     needed = ("unsalted butter", "spreadable butter")
-    shop.known = {"bake": Occasion("x-1", "grocery", "bake", (), needed)}
+    shop.known = {"bake": Scenario("x-1", "grocery", "bake", (), needed)}
     history = [shop.step(Action("add item", held))]
     outcome = act(shop, {}, Want("bake", 1.0), history=history)
     assert [each.target.split()[0].lower() for each in outcome.guessed] == comes
@@ -240,8 +240,8 @@ def test_enough_occasions_must_call_for_it(agreed, on) -> None:
     assert room.on == on
 
 
-NEAR = Occasion("x-1", "room", "read", (), ("lamp", "books"), ("rug",), ("drum",))
-FAR = Occasion("x-2", "room", "play", (), ("drum", "book", "fan"), ("lamps",), ("rug",))
+NEAR = Scenario("x-1", "room", "read", (), ("lamp", "books"), ("rug",), ("drum",))
+FAR = Scenario("x-2", "room", "play", (), ("drum", "book", "fan"), ("lamps",), ("rug",))
 
 
 def served(need: str) -> tuple[Action, ...]:
@@ -267,9 +267,9 @@ def test_one_of_a_kind_speaks_for_all() -> None:
     def kind(way: tuple[Action, ...]) -> str:
         return "tea" if "tea" in str(way) else "flour"
 
-    rye = Occasion("x-1", "", "bake bread", (), ("rye",))
-    oats = Occasion("x-2", "", "bake cakes", (), ("oats", "tea"))
-    flour = Occasion("x-3", "", "bake scones", (), ("flour",))
+    rye = Scenario("x-1", "", "bake bread", (), ("rye",))
+    oats = Scenario("x-2", "", "bake cakes", (), ("oats", "tea"))
+    flour = Scenario("x-3", "", "bake scones", (), ("flour",))
     way = {name: (Action("switch on", name),) for name in ("rye", "oat", "tea", "flour")}
     apart, found = called_for([rye, oats], served), called_for([rye, oats], served, kind)
     assert found[way["rye"]] == pytest.approx(apart[way["rye"]] + apart[way["oat"]])
@@ -307,7 +307,7 @@ def test_the_robot_does_what_an_aim_calls_for_and_leaves_the_rest() -> None:
 
     needs = "put apple | where fridge, slice bread, put pillow | where bed"
     robot = Home(HouseController("Kitchen1"))
-    robot.known = {"tidy": Occasion("x-1", "house", "tidy", (), tuple(needs.split(", ")))}
+    robot.known = {"tidy": Scenario("x-1", "house", "tidy", (), tuple(needs.split(", ")))}
     outcome = act(robot, {"tidy": needs}, Want("tidy", 1.0))
     assert [str(each.action) for each in outcome.results] == ["put: apple -> fridge"]
     assert outcome.failed == ()

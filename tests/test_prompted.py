@@ -8,16 +8,12 @@ import jsonschema
 import pytest
 
 from fakes import GOALS, NEEDS, QUESTION, LampRoom, WordModel, said, words
-from goalscope.agent import Agent
-from goalscope.goals import propose
-from goalscope.likelihood import RolePlay
-from goalscope.models import Completion
-from goalscope.modules import MODULES, modules_named, modules_of
-from goalscope.orders import Order
-from goalscope.policy import NeedPlanner, Outcome, Want
-from goalscope.prompted import PromptedPlanner, PromptedWriter
-from goalscope.standing import Standing
-from goalscope.types import (
+from goalscope.agent.agent import Agent
+from goalscope.agent.planner import NeedPlanner, Outcome, Want
+from goalscope.agent.prompted import PromptedPlanner, PromptedWriter
+from goalscope.agent.toolkit import MODULES, modules_named, toolkit_of
+from goalscope.agent.writer import Writer
+from goalscope.base.types import (
     UNSPECIFIED,
     Action,
     Goal,
@@ -25,9 +21,13 @@ from goalscope.types import (
     StepResult,
     UnreadableAnswerError,
 )
-from goalscope.writer import Writer
+from goalscope.belief.goal_manager import propose
+from goalscope.belief.likelihood import RolePlay
+from goalscope.language.dialogue_state import DialogueState
+from goalscope.language.orders import Order
+from goalscope.models import Completion
 
-FREE = Standing()
+FREE = DialogueState()
 TURNS = said("It is dark, and I want to read.")
 READ = Want("read", 1.0)
 BROKEN = (
@@ -269,7 +269,7 @@ def test_nothing_lasting_or_ruled_out_can_be_planned() -> None:
             return [*super().actions(name, standing), Action("smash", name)]
 
     room = Fragile(["lamp", "fan"])
-    standing = Standing(limits=(Order("avoid", "lamp"),))
+    standing = DialogueState(limits=(Order("avoid", "lamp"),))
     _, model = act(room, [[1, 2, 3, 4]], standing=standing)
     assert (room.on, room.smashed) == (["fan"], [])
     assert "smash" not in model.prompts("plan")[0]
@@ -308,13 +308,13 @@ def test_goals_that_cannot_be_read_are_told_and_orders_are_followed(answer: str)
 
 
 def test_who_does_what_depends_on_what_the_model_was_taught() -> None:
-    taught = modules_of(WordModel({GOALS: "", NEEDS: "", QUESTION: ""}))
+    taught = toolkit_of(WordModel({GOALS: "", NEEDS: "", QUESTION: ""}))
     assert isinstance(taught.proposer, Writer)
     assert isinstance(taught.planner, NeedPlanner)
     assert taught.proposer is taught.asker
     assert taught.remover is None
     model = Answers()
-    plain = modules_of(model)
+    plain = toolkit_of(model)
     assert isinstance(plain.planner, PromptedPlanner)
     assert isinstance(plain.proposer, PromptedWriter)
     assert (plain.proposer.model, plain.remover) == (model, None)
@@ -330,7 +330,7 @@ def test_who_does_what_depends_on_what_the_model_was_taught() -> None:
     ],
 )
 def test_each_module_alone_can_be_done_by_prompts(module, place: str, kind: type) -> None:
-    found = modules_of(WordModel(), [module])
+    found = toolkit_of(WordModel(), [module])
     prompted = (PromptedWriter, PromptedPlanner)
     places = ("proposer", "remover", "planner", "asker")
     assert [each for each in places if isinstance(getattr(found, each), prompted)] == [place]

@@ -7,8 +7,8 @@ from pathlib import Path
 import pytest
 
 from fakes import WordModel
-from goalscope.domains import Settings
-from goalscope.store import Store
+from goalscope.agent.settings import Settings
+from goalscope.storage.store import Store
 from goalscope.web.conversations import Conversations
 from goalscope.web.queue import ModelQueue
 from sites import WRITES

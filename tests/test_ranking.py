@@ -7,11 +7,11 @@ import json
 import pytest
 
 from fakes import LampRoom, WordModel
-from goalscope.goals import GoalManager
-from goalscope.ranker import Ranker
-from goalscope.ranking import Ranking
-from goalscope.rounds_json import round_from_json, round_to_json
-from goalscope.types import UNSPECIFIED, Goal, Turn, UnreadableAnswerError
+from goalscope.base.types import UNSPECIFIED, Goal, Turn, UnreadableAnswerError
+from goalscope.belief.goal_manager import GoalManager
+from goalscope.belief.goal_order import Ranking
+from goalscope.belief.ranker import Ranker
+from goalscope.storage.round_json import round_from_json, round_to_json
 from goalscope.web.views import RoundView
 from lamps import RANKS, REPLIES, Speechless, Writes, agent_in
 

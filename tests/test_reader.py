@@ -2,11 +2,18 @@
 
 import pytest
 
+from goalscope.base.types import InvalidInputError, UnreadableAnswerError
 from goalscope.envs.grocery import GroceryShop
+from goalscope.language.orders import (
+    Example,
+    Order,
+    Verb,
+    orders_from_text,
+    orders_to_text,
+    words_of,
+)
+from goalscope.language.reader import MOST_ORDERS, Reader, ReadExample, grammar_of
 from goalscope.models import Completion
-from goalscope.orders import Example, Order, Verb, orders_from_text, orders_to_text, words_of
-from goalscope.reader import MOST_ORDERS, Exchange, Reader, grammar_of
-from goalscope.types import InvalidInputError, UnreadableAnswerError
 
 VERBS = (
     Verb("add", "", ("what", "quantity")),
@@ -37,7 +44,7 @@ def test_a_reading_has_its_orders_and_how_sure_they_are():
 
 
 def test_a_thing_may_have_words_of_earlier_messages_and_of_what_is_shown():
-    before = [Exchange("", "three red peppers", (Order("add", "red peppers", 3.0),))]
+    before = [ReadExample("", "three red peppers", (Order("add", "red peppers", 3.0),))]
     reader = Reader(Writes("add green peppers | 2\nadd oat milk"), VERBS)
     reading = reader.read("and two green ones, and that milk", before=before, names=["Oat Milk"])
     assert [each.what for each in reading.orders] == ["green peppers", "oat milk"]
@@ -149,7 +156,7 @@ def test_amounts_of_a_reading_are_those_that_were_said(message, written, read):
 )
 @pytest.mark.parametrize("takes_grammar", [True, False])
 def test_a_number_that_nobody_said_is_unsure(message, written, sure, takes_grammar):
-    before = [Exchange("", "forty milk", (Order("add", "milk", 40.0),))]
+    before = [ReadExample("", "forty milk", (Order("add", "milk", 40.0),))]
     what, number = written.removeprefix("add ").split(" | ")
     text = (
         written if takes_grammar else f'[{{"do": "add", "what": "{what}", "quantity": {number}}}]'
@@ -160,7 +167,7 @@ def test_a_number_that_nobody_said_is_unsure(message, written, sure, takes_gramm
 
 def test_the_model_is_shown_plain_figures_and_nobody_else():
     model = Writes("none")
-    before = [Exchange("Twenty or 1,5 kg?", "two hundred and one", (Order("none"),))]
+    before = [ReadExample("Twenty or 1,5 kg?", "two hundred and one", (Order("none"),))]
     Reader(model, VERBS, taught=True).read("€1.250,50!", question="$1.5k?", before=before)
     said = [each.content for each in model.asked[0]["messages"]]
     assert said[1:] == ["(Asked: 20 or 1.5 kg?)\n201", "none", "(Asked: $1500?)\n€1250.5!"]
@@ -179,7 +186,7 @@ def test_a_message_beyond_the_context_is_refused_in_one_sentence():
 
 def test_what_was_said_long_ago_makes_room():
     model = Writes("none", context_size=500)
-    before = [Exchange("", f"{n} " + "milk " * 60, (Order("none"),)) for n in range(9)]
+    before = [ReadExample("", f"{n} " + "milk " * 60, (Order("none"),)) for n in range(9)]
     Reader(model, VERBS, taught=True).read("hello", before=before)
     said = [each.content for each in model.asked[0]["messages"]]
     assert said[-1] == "hello"

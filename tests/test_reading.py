@@ -5,7 +5,10 @@ from pathlib import Path
 
 import pytest
 
-from goalscope.benchmarks.reading import (
+from goalscope.base.types import InvalidInputError
+from goalscope.envs.grocery import GroceryShop
+from goalscope.envs.house import HomeRobot
+from goalscope.experiment.reading_scores import (
     Language,
     Line,
     line_to_json,
@@ -15,12 +18,9 @@ from goalscope.benchmarks.reading import (
     read_rows,
     score,
 )
-from goalscope.envs.grocery import GroceryShop
-from goalscope.envs.house import HomeRobot
+from goalscope.language.orders import Order, orders_from_text, orders_to_text, words_of
+from goalscope.language.reader import Reader
 from goalscope.models import Completion
-from goalscope.orders import Order, orders_from_text, orders_to_text, words_of
-from goalscope.reader import Reader
-from goalscope.types import InvalidInputError
 
 CORPUS = Path(__file__).parents[1] / "corpus" / "reading"
 LANGUAGES = {

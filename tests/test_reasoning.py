@@ -8,8 +8,8 @@ from contextlib import suppress
 
 import pytest
 
+from goalscope.base.types import Message, ModelError
 from goalscope.models.reasoning import answer_of
-from goalscope.types import Message, ModelError
 from test_served_writing import reply, writing
 
 ASKED = [Message("user", "Name a goal.")]

@@ -12,6 +12,7 @@ import pytest
 from typer import Typer
 from typer.testing import CliRunner
 
+from goalscope.base.types import GoalscopeError, InvalidInputError
 from goalscope.cli.report import report
 from goalscope.experiment.dialogues import read_dialogues
 from goalscope.experiment.predictors import PREDICTORS, SEEN, UNIFORM
@@ -19,8 +20,7 @@ from goalscope.experiment.results import Results
 from goalscope.report import read_report, write_report
 from goalscope.report.drawing import draw
 from goalscope.report.figures import accuracy_figure, truth_figure
-from goalscope.store import Store
-from goalscope.types import GoalscopeError, InvalidInputError
+from goalscope.storage.store import Store
 from reports import HOSTILE, IDENTITY, dialogue, episode, fill, judged, mcq, rounds, texts
 from test_changes import cell as change
 from test_summary_dialogues import SURE

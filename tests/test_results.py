@@ -6,9 +6,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from goalscope.base.types import GoalscopeError
 from goalscope.experiment.results import Results, cell_key
-from goalscope.rounds_json import round_to_json
-from goalscope.types import GoalscopeError
+from goalscope.storage.round_json import round_to_json
 from test_store import EPISODE, a_round, values_of
 
 CODE = {"code": "aaa", "prompts": "bbb", "model tiny": "ccc"}

@@ -13,7 +13,7 @@ from pathlib import Path
 import pytest
 
 from fakes import WordModel
-from goalscope.database.tables import CELLS
+from goalscope.base.types import GoalscopeError, InvalidInputError
 from goalscope.experiment import identity, work
 from goalscope.experiment import run as runs
 from goalscope.experiment.plan import (
@@ -26,7 +26,7 @@ from goalscope.experiment.plan import (
 from goalscope.experiment.results import Results, cell_key
 from goalscope.experiment.tables import tables_of
 from goalscope.experiment.work import measure, perform
-from goalscope.types import GoalscopeError, InvalidInputError
+from goalscope.storage.tables import CELLS
 
 SOURCE = str(Path(__file__).parents[1] / "src")
 MAIN = [sys.executable, "-c", "from goalscope.cli.main import main; main()"]
@@ -277,7 +277,7 @@ def test_a_domain_of_ones_own_is_measured_judged_and_told_apart_by_its_file(
 def test_a_worker_loads_a_domain_of_ones_own(fake, tmp_path, monkeypatch):
     plan = garden_in(tmp_path)
     (spec,) = specs_of(plan, None)
-    monkeypatch.setattr("goalscope.domains._OWN", {})
+    monkeypatch.setattr("goalscope.agent.settings._OWN", {})
     with pytest.raises(InvalidInputError, match="only runs if you name it"):
         measure(spec)
     assert perform({"spec": spec, "identity": identity.identity_of({})})["rounds"] == 3
@@ -294,7 +294,7 @@ def test_an_error_in_a_file_of_ones_own_is_told_with_its_line(fake, results, tmp
 
 OWN = """
 import numpy as np
-from goalscope.calibration import PAPER
+from goalscope.belief.calibration import PAPER
 
 
 class Mine:

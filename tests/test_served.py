@@ -14,17 +14,17 @@ from typing import Any, Literal
 import numpy as np
 import pytest
 
-from goalscope.models.http import Server
-from goalscope.models.llamacpp import LlamaCpp
+from goalscope.base.types import Message, ModelError
+from goalscope.models.llama.model import LlamaCpp
 from goalscope.models.scoring import Pair
-from goalscope.models.served_scorer import (
+from goalscope.models.served.client import Server
+from goalscope.models.served.scorer import (
     Forced,
     NextTokens,
     PromptTokens,
     Protocol,
     ServedScorer,
 )
-from goalscope.types import Message, ModelError
 
 httpx2 = pytest.importorskip("httpx2", reason="models behind a server need goalscope[remote]")
 

@@ -15,12 +15,12 @@ from typing import Any
 import numpy as np
 import pytest
 
-from goalscope.models.http import Server
-from goalscope.models.llamacpp import LlamaCpp
+from goalscope.base.types import Message, ModelError
+from goalscope.models.llama.model import LlamaCpp
 from goalscope.models.scoring import Pair
-from goalscope.models.served_generator import ServedGenerator
-from goalscope.models.served_scorer import Forced, NextTokens, PromptTokens, ServedScorer
-from goalscope.types import Message, ModelError
+from goalscope.models.served.client import Server
+from goalscope.models.served.generator import ServedGenerator
+from goalscope.models.served.scorer import Forced, NextTokens, PromptTokens, ServedScorer
 from test_served import CONTEXTS, REPLIES, SCHEMA
 
 EXACT = 2e-4

@@ -7,10 +7,10 @@ from typing import Any
 
 import pytest
 
+from goalscope.base.types import ModelError
 from goalscope.models import Completion
-from goalscope.models.http import Server
-from goalscope.models.served_generator import ServedGenerator
-from goalscope.types import ModelError
+from goalscope.models.served.client import Server
+from goalscope.models.served.generator import ServedGenerator
 from test_served import CONTEXTS, SCHEMA, URL
 
 httpx2 = pytest.importorskip("httpx2", reason="models behind a server need goalscope[remote]")

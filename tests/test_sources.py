@@ -10,9 +10,9 @@ from pathlib import Path
 import pytest
 
 from fits import GOALS, case, rows_file
+from goalscope.base.types import Goal, InvalidInputError, Turn
 from goalscope.datasets import DATASETS, Case, read_cases, said_key
 from goalscope.fitting.sources import Source, parted, read_source
-from goalscope.types import Goal, InvalidInputError, Turn
 from test_datasets import deal, games, packed, refused
 
 

@@ -3,8 +3,8 @@
 from hypothesis import given
 from hypothesis import strategies as st
 
-from goalscope.orders import DIALOGUE_ACTS, Order, Reading, Verb, orders_from_text
-from goalscope.standing import Standing, fold
+from goalscope.language.dialogue_state import DialogueState, fold
+from goalscope.language.orders import DIALOGUE_ACTS, Order, Reading, Verb, orders_from_text
 
 VERBS = (Verb("add", "have it", ("what", "quantity")), Verb("swap", "change", ("what", "for")))
 ANY = st.builds(
@@ -24,7 +24,7 @@ def read(*texts: str) -> list[Reading]:
     return [Reading(orders_from_text(text, VERBS)) for text in texts]
 
 
-def limits(standing: Standing) -> list[str]:
+def limits(standing: DialogueState) -> list[str]:
     return [limit.what for limit in standing.limits]
 
 

@@ -8,7 +8,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from goalscope.stats import (
+from goalscope.base.stats import (
     Interval,
     auroc,
     bootstrap_mean,

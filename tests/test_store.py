@@ -16,14 +16,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 from hypothesis.extra import numpy as hnp
 
-from goalscope.belief import Belief
-from goalscope.calibration import Calibration
-from goalscope.database.opening import default_place
-from goalscope.episode import Round
-from goalscope.orders import Order, Reading
-from goalscope.rounds_json import round_from_json, round_to_json
-from goalscope.store import Store
-from goalscope.types import (
+from goalscope.agent.round import Round
+from goalscope.base.types import (
     Action,
     Goal,
     GoalChange,
@@ -32,6 +26,12 @@ from goalscope.types import (
     StepResult,
     Turn,
 )
+from goalscope.belief.belief import Belief
+from goalscope.belief.calibration import Calibration
+from goalscope.language.orders import Order, Reading
+from goalscope.storage.opening import default_place
+from goalscope.storage.round_json import round_from_json, round_to_json
+from goalscope.storage.store import Store
 
 EPISODE = {"domain": "grocery", "method": "good", "model": "m", "task": "Sell."}
 # Any text a program can hold: control characters, NUL, and lone low surrogates.
@@ -283,7 +283,7 @@ def test_the_environment_variable_names_the_file(tmp_path, monkeypatch):
 WRITER = """
 import sys
 from test_store import EPISODE, a_round
-from goalscope.store import Store
+from goalscope.storage.store import Store
 store = Store.open(sys.argv[1])
 id = store.begin(**EPISODE)
 print(id, flush=True)

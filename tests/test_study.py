@@ -15,19 +15,26 @@ from hypothesis import strategies as st
 from scipy.stats import binom
 from sqlalchemy import func, select
 
-from goalscope.database.tables import ANSWERS, CELLS, ITEMS, PARTICIPANTS
-from goalscope.domains import Settings, profiles_of
-from goalscope.episode import Round
+from goalscope.agent.round import Round
+from goalscope.agent.settings import Settings, profiles_of
+from goalscope.base.types import (
+    TRACKING,
+    Action,
+    ConflictError,
+    InvalidInputError,
+    StepResult,
+    Turn,
+)
 from goalscope.experiment.results import Results
 from goalscope.experiment.summary import inert
 from goalscope.report import read_report
-from goalscope.store import Store
+from goalscope.storage.store import Store
+from goalscope.storage.tables import ANSWERS, CELLS, ITEMS, PARTICIPANTS
 from goalscope.study import plan
 from goalscope.study.items import DID, LEFT, chosen_episodes, item_of
 from goalscope.study.plan import Plan, read_plan
 from goalscope.study.store import Answer, StudyStore, assigned
 from goalscope.study.summary import as_csv, krippendorff_alpha, study_tables
-from goalscope.types import TRACKING, Action, ConflictError, InvalidInputError, StepResult, Turn
 from test_summary import column, row
 
 EXAMPLE = Path(plan.__file__).with_name("example.toml")

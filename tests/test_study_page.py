@@ -13,8 +13,8 @@ from playwright.sync_api import Page, Route, expect
 from sqlalchemy import func, select
 
 from browsers import needs_chromium
-from goalscope.database.tables import ANSWERS, ITEMS
-from goalscope.store import Store
+from goalscope.storage.store import Store
+from goalscope.storage.tables import ANSWERS, ITEMS
 from goalscope.study.store import StudyStore
 from sites import site
 from test_study import fill

@@ -16,8 +16,8 @@ import httpx
 import pytest
 from sqlalchemy import func, select
 
-from goalscope.database.tables import ANSWERS
-from goalscope.store import Store
+from goalscope.storage.store import Store
+from goalscope.storage.tables import ANSWERS
 from goalscope.study.store import StudyStore
 from sites import KEY, site
 from test_study import PLAN, fill

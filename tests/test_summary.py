@@ -10,9 +10,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from goalscope.base.stats import Interval, proportion
 from goalscope.experiment.questions import question_tables
 from goalscope.experiment.summary import Estimate, Labels, Table, averaged, few_notes, slug
-from goalscope.stats import Interval, proportion
 
 pytest.importorskip("scipy.stats")
 

@@ -5,11 +5,11 @@ from dataclasses import asdict, replace
 import numpy as np
 import pytest
 
-from goalscope.calibrating import fit_calibration, quality
-from goalscope.calibration import PAPER
+from goalscope.base.stats import auroc
+from goalscope.belief.calibration import PAPER
 from goalscope.datasets.goal_sets import chance
 from goalscope.experiment.beliefs import belief_table
-from goalscope.stats import auroc
+from goalscope.experiment.fit_calibration import fit_calibration, quality
 from test_calibrating import believed, some
 
 pytest.importorskip("scipy.optimize")

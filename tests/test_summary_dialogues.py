@@ -6,7 +6,8 @@ from dataclasses import asdict
 import numpy as np
 import pytest
 
-from goalscope.calibration import LAST_TURN, Calibration
+from goalscope.base.stats import Interval, bootstrap_mean
+from goalscope.belief.calibration import LAST_TURN, Calibration
 from goalscope.experiment.dialogues import (
     after_turn,
     area,
@@ -18,7 +19,6 @@ from goalscope.experiment.dialogues import (
 )
 from goalscope.experiment.predictors import FITTED_FROM
 from goalscope.experiment.summary import Estimate, Table, few_notes, mean_of
-from goalscope.stats import Interval, bootstrap_mean
 from test_summary import MODEL, column, row
 
 

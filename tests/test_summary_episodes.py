@@ -4,10 +4,10 @@ import math
 
 import pytest
 
+from goalscope.base.stats import bootstrap_mean
 from goalscope.experiment.episodes import episode_tables, read_episodes
 from goalscope.experiment.results import Cell, cell_key
 from goalscope.experiment.summary import Estimate, Table
-from goalscope.stats import bootstrap_mean
 from test_summary import column, row
 
 X = {"model": "/m/x.gguf"}

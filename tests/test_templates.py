@@ -7,11 +7,11 @@ from types import SimpleNamespace
 
 import pytest
 
+from goalscope.base.types import Message, ModelError
 from goalscope.models.chat import ChatTemplate
 from goalscope.models.check import check
-from goalscope.models.llamacpp import LlamaCpp
+from goalscope.models.llama.model import LlamaCpp
 from goalscope.models.reasoning import opens_thought
-from goalscope.types import Message, ModelError
 
 CHATML = (
     "{% for m in messages %}<|im_start|>{{ m.role }}\n{{ m.content }}<|im_end|>\n{% endfor %}"

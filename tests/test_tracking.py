@@ -8,16 +8,8 @@ from typer.testing import CliRunner
 
 from fakes import GOALS as NAMES
 from fakes import WordModel
-from goalscope import tracking
-from goalscope.advice import advice
-from goalscope.belief import PINNED
-from goalscope.calibration import PAPER
-from goalscope.cli.main import app
-from goalscope.domains import Settings
-from goalscope.store import Store
-from goalscope.tracker import GoalTracker
-from goalscope.tracking import Tracked, Trackers
-from goalscope.types import (
+from goalscope.agent.settings import Settings
+from goalscope.base.types import (
     TRACKING,
     UNSPECIFIED,
     ConflictError,
@@ -25,6 +17,14 @@ from goalscope.types import (
     GoalscopeError,
     InvalidInputError,
 )
+from goalscope.belief.advice import advice
+from goalscope.belief.belief import PINNED
+from goalscope.belief.calibration import PAPER
+from goalscope.belief.tracker import GoalTracker
+from goalscope.cli.main import app
+from goalscope.storage import tracking
+from goalscope.storage.store import Store
+from goalscope.storage.tracking import Tracked, Trackers
 
 TASK = "Help in the kitchen."
 GOALS = ["bake a cake", "cook tomato soup"]
@@ -169,7 +169,7 @@ def test_goals_are_proposed_only_where_that_is_asked_for(trackers: Trackers) -> 
 def test_the_model_takes_out_only_goals_of_its_own(
     kitchen: Kitchen, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("goalscope.goals.IMPROBABLE", 1.0)
+    monkeypatch.setattr("goalscope.belief.goal_manager.IMPROBABLE", 1.0)
     id = kitchen.trackers.open(TASK, GOALS, propose=True).id
     kitchen.trackers.observe(id, 1, "", "I grow roses and feed birds, roses, birds.")
     assert len(kitchen.trackers.read(id).belief.goals) > 3

@@ -12,13 +12,13 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from goalscope.base.types import Message, ModelError
 from goalscope.models.hf_tokenizer import chat_tokenizer
-from goalscope.models.llamacpp import LlamaCpp, embedded_path
-from goalscope.models.packing import batches, pack
+from goalscope.models.llama.model import LlamaCpp, embedded_path
+from goalscope.models.llama.trie import Trie
 from goalscope.models.scoring import Pair
-from goalscope.models.transformers import Transformers
-from goalscope.models.trie import Trie
-from goalscope.types import Message, ModelError
+from goalscope.models.torch.model import Transformers
+from goalscope.models.torch.packing import batches, pack
 
 torch = pytest.importorskip("torch")
 transformers = pytest.importorskip("transformers")

@@ -11,12 +11,12 @@ from pathlib import Path
 import pytest
 from filelock import FileLock
 
-from goalscope.models import tune as tuning
-from goalscope.models.engine import NATIVE
-from goalscope.models.llamacpp import LlamaCpp, embedded_path
-from goalscope.models.native import Running
-from goalscope.models.tune import Trial, Tuning, kept_tunings, split_files, tune, tuned
-from goalscope.types import ModelError
+from goalscope.base.types import ModelError
+from goalscope.models.llama import tune as tuning
+from goalscope.models.llama.engine import NATIVE
+from goalscope.models.llama.model import LlamaCpp, embedded_path
+from goalscope.models.llama.native import Running
+from goalscope.models.llama.tune import Trial, Tuning, kept_tunings, split_files, tune, tuned
 
 
 @pytest.fixture

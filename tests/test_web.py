@@ -11,11 +11,11 @@ from xml.etree import ElementTree
 import pytest
 
 from fakes import QUESTION, WordModel
-from goalscope.dialog import FALLBACK, OPENING
-from goalscope.domains import Settings
-from goalscope.episode import Round
-from goalscope.store import Store
-from goalscope.types import Action, GoalscopeError, StepResult, Turn
+from goalscope.agent.people import FALLBACK, OPENING
+from goalscope.agent.round import Round
+from goalscope.agent.settings import Settings
+from goalscope.base.types import Action, GoalscopeError, StepResult, Turn
+from goalscope.storage.store import Store
 from goalscope.web import conversations
 from goalscope.web.exports import room_picture
 from sites import KEY, WRITES, FailsOnce, Person, site

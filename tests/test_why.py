@@ -12,13 +12,13 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from fakes import WordModel, said
-from goalscope.belief import Belief
-from goalscope.calibration import DEFAULT, PAPER, Calibration
-from goalscope.display import show_reasons
-from goalscope.likelihood import RolePlay
-from goalscope.store import Store
-from goalscope.types import UNSPECIFIED, Goal, InvalidInputError, ModelError, Turn
-from goalscope.why import Reason, in_words, reasons, word_evidence
+from goalscope.base.types import UNSPECIFIED, Goal, InvalidInputError, ModelError, Turn
+from goalscope.belief.belief import Belief
+from goalscope.belief.calibration import DEFAULT, PAPER, Calibration
+from goalscope.belief.explain import Reason, in_words, reasons, word_evidence
+from goalscope.belief.likelihood import RolePlay
+from goalscope.cli.display import show_reasons
+from goalscope.storage.store import Store
 from test_cli import fails, invoke, store_file  # noqa: F401
 from test_display import HOSTILE, drawn
 from test_store import EPISODE, a_round

@@ -14,8 +14,8 @@ import sys
 from pathlib import Path
 from typing import Any, BinaryIO
 
+from goalscope.base.types import InvalidInputError
 from goalscope.envs.house import House, load_scene
-from goalscope.types import InvalidInputError
 
 HEADER = struct.Struct("!BI")
 """Of a field in a pipe: its type, and the length of its body."""

@@ -7,13 +7,9 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     __version__: str
-    from goalscope.agent import Agent, run_episode
-    from goalscope.belief import Belief
-    from goalscope.calibration import PAPER, Calibration
-    from goalscope.episode import Round
-    from goalscope.models.opening import open_model
-    from goalscope.tracker import GoalTracker
-    from goalscope.types import (
+    from goalscope.agent.agent import Agent, run_episode
+    from goalscope.agent.round import Round
+    from goalscope.base.types import (
         UNSPECIFIED,
         ConflictError,
         Goal,
@@ -23,6 +19,10 @@ if TYPE_CHECKING:
         Turn,
         UnreadableAnswerError,
     )
+    from goalscope.belief.belief import Belief
+    from goalscope.belief.calibration import PAPER, Calibration
+    from goalscope.belief.tracker import GoalTracker
+    from goalscope.models.opening import open_model
 
 __all__ = [
     "PAPER",
@@ -44,14 +44,14 @@ __all__ = [
 ]
 
 _HOME = {
-    "Agent": "agent",
-    "Belief": "belief",
-    "Calibration": "calibration",
-    "GoalTracker": "tracker",
-    "PAPER": "calibration",
-    "Round": "episode",
+    "Agent": "agent.agent",
+    "Belief": "belief.belief",
+    "Calibration": "belief.calibration",
+    "GoalTracker": "belief.tracker",
+    "PAPER": "belief.calibration",
+    "Round": "agent.round",
     "open_model": "models.opening",
-    "run_episode": "agent",
+    "run_episode": "agent.agent",
 }
 
 
@@ -61,7 +61,7 @@ def __getattr__(name: str) -> Any:
         return import_module("importlib.metadata").version("goalscope")
     if name not in __all__:
         raise AttributeError(f"module 'goalscope' has no attribute {name!r}")
-    return getattr(import_module(f"goalscope.{_HOME.get(name, 'types')}"), name)
+    return getattr(import_module(f"goalscope.{_HOME.get(name, 'base.types')}"), name)
 
 
 def __dir__() -> list[str]:

@@ -14,25 +14,25 @@ from pathlib import Path
 from tempfile import mkdtemp
 
 from fakes import LampRoom, WordModel, said
-from goalscope.benchmarks.mcq import read_questions
-from goalscope.calibration import DEFAULT
-from goalscope.calibrations import calibration_named
-from goalscope.dialog import ask
+from goalscope.agent.people import ask
+from goalscope.agent.planner import Want
+from goalscope.agent.toolkit import toolkit_of
+from goalscope.base.types import UNSPECIFIED, Goal, GoalscopeError, UnreadableAnswerError
+from goalscope.belief.calibration import DEFAULT
+from goalscope.belief.calibrations import calibration_named
+from goalscope.belief.goal_manager import propose
 from goalscope.envs import grocery, house
 from goalscope.envs.grocery import Catalogue, GroceryShop
 from goalscope.envs.grocery.profiles import checks_met
 from goalscope.envs.house.profiles import checks_met as conditions_met
 from goalscope.envs.house.simulator.scenes import read_scene
 from goalscope.envs.house.simulator.state import State
-from goalscope.experiment.reading import read_experiment
-from goalscope.goals import propose
-from goalscope.infer import read_dialogues
-from goalscope.judge import judge
-from goalscope.modules import modules_of
-from goalscope.policy import Want
-from goalscope.standing import Standing
+from goalscope.experiment.infer import read_dialogues
+from goalscope.experiment.judge import judge
+from goalscope.experiment.multiple_choice import read_questions
+from goalscope.experiment.plan_reading import read_experiment
+from goalscope.language.dialogue_state import DialogueState
 from goalscope.study.plan import read_plan
-from goalscope.types import UNSPECIFIED, Goal, GoalscopeError, UnreadableAnswerError
 from houses import house as home
 
 FOLDER = Path(mkdtemp(prefix="goalscope-parsers-"))
@@ -87,7 +87,7 @@ def read_goals(data: bytes) -> None:
     """What a model proposes, and what it names to look for, as plans are made of it."""
     turns = said("I want to bake a cake.")
     for taught in (True, False):
-        found = modules_of(Writes(text_of(data), taught=taught))
+        found = toolkit_of(Writes(text_of(data), taught=taught))
         with suppress(UnreadableAnswerError):
             goals = [UNSPECIFIED, Goal("bake a cake")]
             for change in propose(found.proposer, None, "Shop.", turns, goals):
@@ -97,7 +97,7 @@ def read_goals(data: bytes) -> None:
             env.reset()
             with suppress(UnreadableAnswerError):
                 wants = [Want("bake a cake", 1.0)]
-                outcome = found.planner.act(env, wants, turns, [], Standing())
+                outcome = found.planner.act(env, wants, turns, [], DialogueState())
                 assert len(outcome.results) <= 40
 
 

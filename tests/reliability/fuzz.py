@@ -38,7 +38,7 @@ def fuzz(name: str, seconds: int) -> None:
     with atheris.instrument_imports(include=["goalscope"]):
         from entries import ENTRIES
 
-        from goalscope.types import GoalscopeError
+        from goalscope.base.types import GoalscopeError
     read, samples = ENTRIES[name]
 
     def one(data: bytes) -> None:

@@ -8,12 +8,12 @@ from typing import Any
 
 import pytest
 
+from goalscope.agent.planner import attempted
+from goalscope.base.types import Action
 from goalscope.envs import Environment
 from goalscope.envs.grocery import GroceryShop
 from goalscope.envs.house import HomeRobot, HouseController
 from goalscope.envs.house.actions import NAMES
-from goalscope.policy import attempted
-from goalscope.types import Action
 from hostile import ORDERS
 from shops import SMALL, SMALL_SEARCH
 

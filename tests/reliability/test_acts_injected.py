@@ -14,8 +14,10 @@ import numpy as np
 import pytest
 
 from fakes import NEEDS, WordModel
-from goalscope.agent import Agent, run_episode
-from goalscope.dialog import ScriptedHuman
+from goalscope.agent.agent import Agent, run_episode
+from goalscope.agent.people import ScriptedHuman
+from goalscope.agent.writer import JUDGEMENTS
+from goalscope.base.types import InvalidInputError, Message
 from goalscope.envs import Environment
 from goalscope.envs.grocery import Catalogue, GroceryShop
 from goalscope.envs.grocery import load_profiles as shoppers
@@ -27,8 +29,6 @@ from goalscope.envs.house.simulator.scenes import scene_from_metadata
 from goalscope.envs.house.simulator.state import Scene
 from goalscope.models import Completion, Model
 from goalscope.models.opening import open_model
-from goalscope.types import InvalidInputError, Message
-from goalscope.writer import JUDGEMENTS
 
 ALL = Catalogue.load().items
 SMALL = [each for each in ALL if each.id % 40 == 0 or each.name == "Whole Milk"]

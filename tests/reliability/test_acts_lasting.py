@@ -8,10 +8,10 @@ from functools import partial
 import pytest
 from test_acts_purchase import refuses
 
-from goalscope.agent import Agent
+from goalscope.agent.agent import Agent
+from goalscope.agent.guards import CONFIRM
 from goalscope.envs.house import HomeRobot, HouseController
 from goalscope.envs.house.simulator.object_types import LASTING
-from goalscope.guards import CONFIRM
 from hostile import ORDERS, Hostile
 
 SCENES = ("Kitchen1", "LivingRoom1", "Bathroom1")

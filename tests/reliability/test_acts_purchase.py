@@ -10,15 +10,15 @@ from typing import Any
 import numpy as np
 import pytest
 
-from goalscope.agent import Agent, Method
-from goalscope.domains import Settings
+from goalscope.agent.agent import Agent, Method
+from goalscope.agent.guards import CONFIRM
+from goalscope.agent.settings import Settings
+from goalscope.agent.toolkit import toolkit_of
+from goalscope.base.types import Action, GoalscopeError, Turn
 from goalscope.envs.grocery import GroceryShop
-from goalscope.guards import CONFIRM
-from goalscope.modules import modules_of
-from goalscope.standing import Standing
-from goalscope.store import Store
-from goalscope.tracking import Trackers
-from goalscope.types import Action, GoalscopeError, Turn
+from goalscope.language.dialogue_state import DialogueState
+from goalscope.storage.store import Store
+from goalscope.storage.tracking import Trackers
 from hostile import ORDERS, Hostile
 from shops import SMALL, SMALL_SEARCH
 from sites import site
@@ -57,10 +57,10 @@ class Stocked(GroceryShop):
         super().reset()
         self.step(self.first)
 
-    def actions(self, name: str, standing: Standing) -> list[Action]:
+    def actions(self, name: str, standing: DialogueState) -> list[Action]:
         return [Action("buy basket"), Action("checkout"), *super().actions(name, standing)]
 
-    def serving(self, need: str, standing: Standing) -> list[Action]:
+    def serving(self, need: str, standing: DialogueState) -> list[Action]:
         pay = [Action("buy basket")] if need in ("milk", "buy basket") else []
         return [*super().actions(need, standing)[:1], *pay]
 
@@ -122,9 +122,9 @@ def test_a_purchase_in_a_plan_is_never_made() -> None:
     for number in range(40):
         shop, model = Stocked(1), Hostile(number)
         model.mood = "sure" if number % 3 else "random"
-        planner = modules_of(model).planner
+        planner = toolkit_of(model).planner
         before = shop.fingerprint()
-        refuses(partial(planner.act, shop, [], [Turn("", "milk")], [], Standing()))
+        refuses(partial(planner.act, shop, [], [Turn("", "milk")], [], DialogueState()))
         made += shop.fingerprint() != before
         assert not shop.bought
     assert made, "else the test could not fail"

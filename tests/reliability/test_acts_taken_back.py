@@ -8,12 +8,12 @@ from collections.abc import Callable
 import pytest
 
 from fakes import Plans, WordModel, plans
-from goalscope.agent import Agent
+from goalscope.agent.agent import Agent
+from goalscope.base.types import Action
 from goalscope.envs import Environment
 from goalscope.envs.grocery import GroceryShop
 from goalscope.envs.house import HomeRobot, HouseController
-from goalscope.standing import Standing
-from goalscope.types import Action
+from goalscope.language.dialogue_state import DialogueState
 from shops import SMALL, SMALL_SEARCH
 
 SCENES = ("Kitchen1", "LivingRoom1", "Bedroom1", "Bathroom1")
@@ -65,7 +65,7 @@ def test_rooms_come_back_or_what_stays_is_told(
         robot = HomeRobot(HouseController(rng.choice(SCENES)))
         agent = Agent(robot, WordModel(), method="no-goals")
         for _ in range(3):
-            offers = robot.actions(rng.choice(robot.offers("", 99)), Standing())
+            offers = robot.actions(rng.choice(robot.offers("", 99)), DialogueState())
             free = [each for each in offers if not robot.lasting(each)]
             before = robot.status()
             plans(agent, Plans([rng.choice([*free, Action("open", "fridge")])]))

@@ -9,14 +9,14 @@ from typing import Any
 import pytest
 
 from fakes import Plans, WordModel, plans, said
-from goalscope.agent import Agent
+from goalscope.agent.agent import Agent
+from goalscope.base.types import Action, GoalscopeError, StepResult
 from goalscope.envs import Environment
 from goalscope.envs.grocery import GroceryShop
 from goalscope.envs.house import HomeRobot, HouseController
 from goalscope.envs.house.actions import NAMES
 from goalscope.envs.house.simulator.object_types import LASTING, PREDICATES
-from goalscope.standing import Standing
-from goalscope.types import Action, GoalscopeError, StepResult
+from goalscope.language.dialogue_state import DialogueState
 from shops import SMALL, SMALL_SEARCH
 
 SCENES = ("Kitchen1", "LivingRoom1", "Bedroom1", "Bathroom1")
@@ -37,7 +37,7 @@ def housework(rng: random.Random, robot: HomeRobot) -> Iterator[Action]:
     names = robot.names
     frail = [names[each["objectId"]] for each in robot.metadata["objects"] if each["breakable"]]
     while True:
-        offers = robot.actions(rng.choice(robot.offers("", 99)), Standing())
+        offers = robot.actions(rng.choice(robot.offers("", 99)), DialogueState())
         yield rng.choice([*offers, Action("break", rng.choice(frail)), Action("open", "fridge")])
 
 
@@ -59,7 +59,7 @@ def test_a_failed_plan_leaves_the_basket_as_it_was(
             item = SMALL.items[0].name
             bad = [Action("remove item", item, 99), Action("add item", "none such"), Action("fly")]
             plan.insert(rng.randint(0, len(plan)), rng.choice(bad))
-        outcome = Plans(plan).act(shop, [], said("hello"), history, Standing())
+        outcome = Plans(plan).act(shop, [], said("hello"), history, DialogueState())
         if outcome.failed:
             failed += 1
             assert outcome.results == ()
@@ -84,7 +84,7 @@ def test_a_failed_plan_leaves_the_house_as_it_was(
             plan = [next(acts) for _ in range(rng.randint(0, 3))]
             bad = rng.choice([Action("fly"), Action("put", next(acts).target, destination="moon")])
             plan.insert(rng.randint(0, len(plan)), bad)
-            outcome = Plans(plan).act(robot, [], said("hello"), [], Standing())
+            outcome = Plans(plan).act(robot, [], said("hello"), [], DialogueState())
             assert outcome.failed
             failed += 1
             assert outcome.results == ()

@@ -10,17 +10,17 @@ import numpy as np
 import pytest
 
 from fakes import NEEDS, WordModel, said
-from goalscope.agent import Agent
-from goalscope.belief import Belief
-from goalscope.calibrating import fit_calibration
+from goalscope.agent.agent import Agent
+from goalscope.agent.executor import Execution
+from goalscope.agent.planner import Outcome
+from goalscope.base.types import UNSPECIFIED, Goal
+from goalscope.belief.belief import Belief
 from goalscope.envs import Environment
 from goalscope.envs.grocery import Catalogue, GroceryShop
 from goalscope.envs.grocery.catalogue import Item
 from goalscope.envs.house import HomeRobot, HouseController
-from goalscope.executor import Execution
-from goalscope.orders import Order, Reading
-from goalscope.policy import Outcome
-from goalscope.types import UNSPECIFIED, Goal
+from goalscope.experiment.fit_calibration import fit_calibration
+from goalscope.language.orders import Order, Reading
 from shops import SMALL, SMALL_SEARCH
 from test_calibrating import believed, some
 

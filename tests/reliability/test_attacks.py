@@ -16,9 +16,9 @@ import pytest
 from fastapi.routing import APIRoute
 
 from fakes import WordModel
+from goalscope.base.types import InvalidInputError
 from goalscope.cli.serve import serve
-from goalscope.store import Store
-from goalscope.types import InvalidInputError
+from goalscope.storage.store import Store
 from goalscope.web.app import create_app
 from goalscope.web.guard import Guard
 from sites import KEY, WRITES, Person, site

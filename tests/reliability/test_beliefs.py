@@ -12,17 +12,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from fakes import GOALS, NEEDS, QUESTION, LampRoom, WordModel
-from goalscope.agent import Agent
-from goalscope.belief import Belief
-from goalscope.calibration import DEFAULT, PAPER
-from goalscope.envs.grocery import Catalogue, GroceryShop, load_profiles
-from goalscope.judge import judge
-from goalscope.models import Completion
-from goalscope.models.opening import open_model
-from goalscope.models.scoring import TokenScorer
-from goalscope.rounds_json import round_from_json, round_to_json
-from goalscope.tracker import GoalTracker
-from goalscope.types import (
+from goalscope.agent.agent import Agent
+from goalscope.base.types import (
     UNSPECIFIED,
     Goal,
     InvalidInputError,
@@ -30,6 +21,15 @@ from goalscope.types import (
     ModelError,
     canonical,
 )
+from goalscope.belief.belief import Belief
+from goalscope.belief.calibration import DEFAULT, PAPER
+from goalscope.belief.tracker import GoalTracker
+from goalscope.envs.grocery import Catalogue, GroceryShop, load_profiles
+from goalscope.experiment.judge import judge
+from goalscope.models import Completion
+from goalscope.models.opening import open_model
+from goalscope.models.scoring import TokenScorer
+from goalscope.storage.round_json import round_from_json, round_to_json
 
 REPLIES = {
     GOALS: "have lamp light\nsleep without light\nread a book",

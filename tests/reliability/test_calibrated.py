@@ -3,10 +3,10 @@
 import numpy as np
 import pytest
 
-from goalscope.belief import log_posteriors
-from goalscope.calibrating import Tables, fit_calibration
-from goalscope.calibration import PAPER
-from goalscope.stats import bootstrap_mean, reliability, scores
+from goalscope.base.stats import bootstrap_mean, reliability, scores
+from goalscope.belief.belief import log_posteriors
+from goalscope.belief.calibration import PAPER
+from goalscope.experiment.fit_calibration import Tables, fit_calibration
 from test_calibrating import some
 
 

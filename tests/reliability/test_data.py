@@ -24,20 +24,20 @@ from sqlalchemy.engine.default import DefaultDialect
 
 import lives as fork
 from fakes import WordModel
-from goalscope.calibration import DEFAULT
-from goalscope.calibrations import calibration_named, keep_calibration
-from goalscope.database import opening
+from goalscope.base.types import GoalscopeError, InvalidInputError
+from goalscope.belief.calibration import DEFAULT
+from goalscope.belief.calibrations import calibration_named, keep_calibration
+from goalscope.belief.likelihood import RolePlay
 from goalscope.experiment import identity
+from goalscope.experiment.infer import infer, read_dialogues, trim_output
 from goalscope.experiment.plan import specs_of
-from goalscope.experiment.reading import read_experiment
+from goalscope.experiment.plan_reading import read_experiment
 from goalscope.experiment.results import Results
 from goalscope.experiment.run import run
-from goalscope.infer import infer, read_dialogues, trim_output
-from goalscope.likelihood import RolePlay
 from goalscope.models.cache import CachedModel
-from goalscope.store import Store
+from goalscope.storage import opening
+from goalscope.storage.store import Store
 from goalscope.study.store import StudyStore
-from goalscope.types import GoalscopeError, InvalidInputError
 from lives import Lives, anew, episode, experiment, furnish, measured, rounds_of
 from sites import site
 from test_cache import CHAT, Weighed

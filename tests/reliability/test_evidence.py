@@ -10,11 +10,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from goalscope.calibration import DEFAULT, PAPER
-from goalscope.likelihood import RolePlay
-from goalscope.models.llamacpp import LlamaCpp
-from goalscope.tracker import GoalTracker
-from goalscope.types import UNSPECIFIED, Goal, Message, Turn
+from goalscope.base.types import UNSPECIFIED, Goal, Message, Turn
+from goalscope.belief.calibration import DEFAULT, PAPER
+from goalscope.belief.likelihood import RolePlay
+from goalscope.belief.tracker import GoalTracker
+from goalscope.models.llama.model import LlamaCpp
 
 CHAT = [
     Message("system", "You are a person who wants this: bake a cake"),

@@ -16,12 +16,12 @@ from sqlalchemy.engine.default import DefaultDialect
 
 import lives as fork
 from fakes import LampRoom, WordModel
-from goalscope.domains import Settings, open_environment
+from goalscope.agent.settings import Settings, open_environment
+from goalscope.base.types import Action, StepResult
 from goalscope.envs.grocery import GroceryShop
 from goalscope.experiment.results import Results
-from goalscope.session import Session
-from goalscope.store import Store
-from goalscope.types import Action, StepResult
+from goalscope.storage.session import Session
+from goalscope.storage.store import Store
 from lamps import REPLIES
 from lives import Lives, anew, episode, experiment, furnish, measured, rounds_of, signalled
 

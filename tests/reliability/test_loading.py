@@ -21,10 +21,10 @@ import numpy as np
 import pytest
 
 import goalscope
+from goalscope.base.types import Message, ModelError
 from goalscope.models.adapters import read_adapter, shipped
 from goalscope.models.chat import ChatTemplate
-from goalscope.models.llamacpp import embedded_path
-from goalscope.types import Message, ModelError
+from goalscope.models.llama.model import embedded_path
 from processes import environment
 
 SOURCES = sorted(Path(goalscope.__file__).parent.rglob("*.py"))
@@ -143,7 +143,7 @@ class Touches:
 )
 def test_a_model_folder_runs_nothing(name: str, tmp_path: Path) -> None:
     torch = pytest.importorskip("torch")
-    from goalscope.models.transformers import Transformers
+    from goalscope.models.torch.model import Transformers
     from test_transformers import tiny
 
     folder, mark = tiny(tmp_path / "model", "llama"), tmp_path / "ran"
@@ -168,8 +168,8 @@ def test_a_model_folder_runs_nothing(name: str, tmp_path: Path) -> None:
 TRY_EACH = """
 import sys
 from pathlib import Path
-from goalscope.models.native import Weights
-from goalscope.types import ModelError
+from goalscope.models.llama.native import Weights
+from goalscope.base.types import ModelError
 for file in sys.argv[1:]:
     end = "loaded"
     try:

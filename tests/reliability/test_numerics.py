@@ -10,9 +10,9 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
-from goalscope.belief import Belief
-from goalscope.calibration import DEFAULT, LAST_TURN, PAPER, Calibration
-from goalscope.types import UNSPECIFIED, Goal
+from goalscope.base.types import UNSPECIFIED, Goal
+from goalscope.belief.belief import Belief
+from goalscope.belief.calibration import DEFAULT, LAST_TURN, PAPER, Calibration
 
 IMPOSSIBLE = Decimal(0)
 BATCH = 25

@@ -13,14 +13,14 @@ from playwright.sync_api import expect
 from sqlalchemy import select
 
 from browsers import needs_chromium
-from goalscope.belief import Belief
-from goalscope.database.tables import ITEMS
-from goalscope.domains import Settings
-from goalscope.episode import Round
+from goalscope.agent.round import Round
+from goalscope.agent.settings import Settings
+from goalscope.base.types import UNSPECIFIED, Action, Goal, GoalChange, StepResult, Turn
+from goalscope.belief.belief import Belief
 from goalscope.report import read_report, write_report
-from goalscope.store import Store
+from goalscope.storage.store import Store
+from goalscope.storage.tables import ITEMS
 from goalscope.study.store import StudyStore
-from goalscope.types import UNSPECIFIED, Action, Goal, GoalChange, StepResult, Turn
 from sites import KEY, site
 from test_page import PAYLOADS as FIRST
 from test_page import RUN

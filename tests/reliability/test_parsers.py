@@ -15,7 +15,7 @@ from entries import ENTRIES
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
-from goalscope.types import GoalscopeError
+from goalscope.base.types import GoalscopeError
 from processes import environment
 
 ODD = [

@@ -12,13 +12,13 @@ from typing import Any
 import pytest
 
 import goalscope
+from goalscope.base.types import InvalidInputError
 from goalscope.experiment import identity, work
 from goalscope.experiment.plan import specs_of
-from goalscope.experiment.reading import read_experiment
+from goalscope.experiment.plan_reading import read_experiment
 from goalscope.experiment.results import Results
 from goalscope.experiment.run import run
 from goalscope.experiment.tables import tables_of
-from goalscope.types import InvalidInputError
 from lives import REPLIES, furnish
 from test_cli import ROW, invoke, rows_file
 from test_run import QUESTIONS, NamedModel

@@ -15,12 +15,12 @@ import numpy as np
 import pytest
 
 from fakes import NEEDS, WordModel
-from goalscope.agent import Agent, run_episode
-from goalscope.dialog import ScriptedHuman
-from goalscope.domains import Settings, modules_for, open_environment
+from goalscope.agent.agent import Agent, run_episode
+from goalscope.agent.people import ScriptedHuman
+from goalscope.agent.settings import Settings, open_environment, toolkit_for
+from goalscope.base.types import ModelError, Profile
 from goalscope.models import Completion
-from goalscope.models.http import Server
-from goalscope.types import ModelError, Profile
+from goalscope.models.served.client import Server
 from processes import environment
 from sites import KEY, WRITES, site
 
@@ -67,7 +67,7 @@ def test_a_model_that_writes_without_end_gets_no_more_done(
 ) -> None:
     settings, model = Settings(domain=domain, rounds=2), Endless(taught=taught)
     env = open_environment(settings)
-    agent = Agent(env, model, modules=modules_for(settings, model))
+    agent = Agent(env, model, modules=toolkit_for(settings, model))
     wish = "I want to bake a cake. Please add flour, milk and eggs."
     wish = wish if domain == "grocery" else "Please put the apple in the fridge, and tidy up."
     person = Profile("p", "d", (wish,) * 50, ())
@@ -164,7 +164,7 @@ def test_too_little_memory_again_and_again_leaves_the_answers_as_they_are(
     count: int, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, record_property: Callable
 ) -> None:
     torch = pytest.importorskip("torch")
-    from goalscope.models.transformers import Transformers
+    from goalscope.models.torch.model import Transformers
     from test_transformers import assert_equal, family, reference, tiny
 
     model = Transformers(tiny(tmp_path / "llama", "llama"), device="cpu")
@@ -199,9 +199,9 @@ import json, re, sys, threading, os, signal, time
 from pathlib import Path
 import numpy as np
 from goalscope import Goal
-from goalscope.likelihood import RolePlay
-from goalscope.models.llamacpp import LlamaCpp
-from goalscope.types import Turn
+from goalscope.belief.likelihood import RolePlay
+from goalscope.models.llama.model import LlamaCpp
+from goalscope.base.types import Turn
 
 signal.signal(signal.SIGINT, signal.default_int_handler)  # a shell may have turned it off
 goals, tokens = int(sys.argv[1]), int(sys.argv[2])

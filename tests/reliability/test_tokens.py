@@ -13,18 +13,18 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from goalscope.likelihood import RolePlay
+from goalscope.base.types import UNSPECIFIED, Goal, InvalidInputError, Message, Turn
+from goalscope.belief.likelihood import RolePlay
+from goalscope.belief.tracker import GoalTracker
+from goalscope.envs.scenarios import Scenario
+from goalscope.language.orders import Verb
 from goalscope.models.chat import ChatTokenizer
-from goalscope.models.engine import CONTROL, USER_DEFINED
 from goalscope.models.hf_tokenizer import chat_tokenizer
-from goalscope.models.llamacpp import embedded_path
-from goalscope.models.native import Weights
+from goalscope.models.llama.engine import CONTROL, USER_DEFINED
+from goalscope.models.llama.model import embedded_path
+from goalscope.models.llama.native import Weights
 from goalscope.models.scoring import Pair, TokenScorer
-from goalscope.occasions import Occasion
-from goalscope.orders import Verb
 from goalscope.prompts import render
-from goalscope.tracker import GoalTracker
-from goalscope.types import UNSPECIFIED, Goal, InvalidInputError, Message, Turn
 
 tokenizers = pytest.importorskip("tokenizers")
 
@@ -172,7 +172,7 @@ def chats(text: str) -> list[list[Message]]:
     values = {
         **dict.fromkeys(one, text),
         **{key: [Named(text)] * 2 for key in ("goals", "things", "possible", "actions")},
-        "like": [Occasion(text, text, text, (text,), (text,), (text,), (text,), text)] * 2,
+        "like": [Scenario(text, text, text, (text,), (text,), (text,), (text,), text)] * 2,
         "turns": [Turn(text, text)] * 4,
         "verbs": [Verb(text, text)] * 2,
         "form": "text",

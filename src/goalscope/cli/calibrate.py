@@ -9,12 +9,12 @@ from typing import TYPE_CHECKING, Annotated, Any, NamedTuple
 
 import typer
 
+from goalscope.base.types import GoalscopeError, InvalidInputError, pluralize
 from goalscope.cli.options import Json
 from goalscope.cli.terminal import console, progress
-from goalscope.types import GoalscopeError, InvalidInputError, pluralize
 
 if TYPE_CHECKING:
-    from goalscope.calibrating import Observed
+    from goalscope.experiment.fit_calibration import Observed
 
 __all__ = ["calibrate"]
 
@@ -145,7 +145,7 @@ def _observed(ways: Mapping[Way, Cells], *, keeps: bool) -> dict[Way, list[Obser
     Raises:
         InvalidInputError: They come from too few people; a saved calibration needs more.
     """
-    from goalscope.calibrating import observed_in
+    from goalscope.experiment.fit_calibration import observed_in
 
     learned = sum(bool(result.get("learned")) for cells in ways.values() for _, result in cells)
     if learned:
@@ -175,9 +175,9 @@ def _fit(way: Way, found: Sequence[Observed], out: Path | None) -> dict[str, Any
     from contextlib import suppress
     from dataclasses import asdict
 
-    from goalscope import calibrations
-    from goalscope.calibrating import fit_calibration, quality
-    from goalscope.calibration import DEFAULT, PAPER, Calibration
+    from goalscope.belief import calibrations
+    from goalscope.belief.calibration import DEFAULT, PAPER, Calibration
+    from goalscope.experiment.fit_calibration import fit_calibration, quality
     from goalscope.experiment.identity import opened
     from goalscope.models.opening import model_label, parts
 
@@ -217,8 +217,8 @@ def _name(model: str, layout: str, *, end_of_turn: bool) -> str:
 
 
 def _reset(only: str | None, *, as_json: bool) -> None:
-    from goalscope.calibrations import own_calibrations
-    from goalscope.safe_text import terminal_safe
+    from goalscope.base.text import terminal_safe
+    from goalscope.belief.calibrations import own_calibrations
 
     known: dict[Path, str] = {}
     for file, about in own_calibrations().items():
@@ -249,7 +249,7 @@ def _show(made: Sequence[Mapping[str, Any]], *, kept: bool) -> None:
     from rich.box import SIMPLE_HEAD
     from rich.table import Table as Grid
 
-    from goalscope.safe_text import terminal_safe
+    from goalscope.base.text import terminal_safe
 
     out = console()
     for each in made:

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 import typer
 
+from goalscope.base.types import Goal, GoalscopeError, InvalidInputError, checked_text, pluralize
 from goalscope.cli.options import (
     Calls,
     EpisodeOptions,
@@ -20,20 +21,19 @@ from goalscope.cli.options import (
     expand_options,
 )
 from goalscope.cli.terminal import console, measured_meanwhile, settings_model, spinner
-from goalscope.types import Goal, GoalscopeError, InvalidInputError, checked_text, pluralize
 
 if TYPE_CHECKING:
     from rich.console import Console
 
-    from goalscope.belief import Belief
-    from goalscope.display import Scored
-    from goalscope.domains import Settings
+    from goalscope.agent.round import Round
+    from goalscope.agent.settings import Settings
+    from goalscope.base.types import Profile
+    from goalscope.belief.belief import Belief
+    from goalscope.belief.tracker import Correction
+    from goalscope.cli.display import Scored
     from goalscope.envs import Environment
-    from goalscope.episode import Round
-    from goalscope.session import Session
-    from goalscope.store import EpisodeInfo
-    from goalscope.tracker import Correction
-    from goalscope.types import Profile
+    from goalscope.storage.session import Session
+    from goalscope.storage.store import EpisodeInfo
 
 __all__ = ["chat", "correct", "run"]
 
@@ -72,7 +72,8 @@ def chat(
 
     A resumed episode keeps its options, except for --rounds and --picture.
     """
-    from goalscope.display import (
+    from goalscope.agent.settings import Settings, profile_named
+    from goalscope.cli.display import (
         show_belief,
         show_done,
         show_header,
@@ -80,9 +81,8 @@ def chat(
         show_summary,
         show_understood,
     )
-    from goalscope.domains import Settings, profile_named
-    from goalscope.session import Session, more_rounds, saved_settings
-    from goalscope.store import Store
+    from goalscope.storage.session import Session, more_rounds, saved_settings
+    from goalscope.storage.store import Store
 
     out = console()
     busy = spinner(out, "Thinking...")
@@ -169,11 +169,11 @@ def run(
     as_json: Json = False,
 ) -> None:
     """Run episodes with simulated people, and score the outcome."""
-    from goalscope.display import show_scores
-    from goalscope.domains import profile_named, profiles_of
+    from goalscope.agent.settings import profile_named, profiles_of
+    from goalscope.cli.display import show_scores
     from goalscope.models.opening import forget
-    from goalscope.session import Session
-    from goalscope.store import Store
+    from goalscope.storage.session import Session
+    from goalscope.storage.store import Store
 
     file = str(profiles.absolute()) if profiles else None
     settings = given.settings(human=human, profiles=file, rounds=rounds)
@@ -213,14 +213,14 @@ def _run_one(session: Session, draw: Callable[[], None], *, quiet: bool, brief: 
     """Run a simulated episode; print each round if it is the only one."""
     import time
 
-    from goalscope.display import (
+    from goalscope.base.text import terminal_safe
+    from goalscope.cli.display import (
         show_checks,
         show_header,
         show_round,
         show_summary,
         show_unwanted,
     )
-    from goalscope.safe_text import terminal_safe
 
     out, start, before = console(), time.monotonic(), None
     has_rounds = not (quiet or brief)
@@ -246,10 +246,10 @@ def _run_one(session: Session, draw: Callable[[], None], *, quiet: bool, brief: 
 
 def correct(out: Console, session: Session, line: str) -> None:
     """Run a chat command, a line that begins with a slash, and show the belief."""
-    from goalscope.belief import Belief
-    from goalscope.display import show_belief, show_reasons
-    from goalscope.safe_text import terminal_safe
-    from goalscope.why import reasons
+    from goalscope.base.text import terminal_safe
+    from goalscope.belief.belief import Belief
+    from goalscope.belief.explain import reasons
+    from goalscope.cli.display import show_belief, show_reasons
 
     command, _, rest = line.strip().partition(" ")
     corrections: dict[str, Correction] = {"/pin": "pin", "/veto": "veto", "/reword": "reword"}
@@ -306,7 +306,7 @@ def _read_words(out: Console, query: str, command: Callable[[str], object]) -> s
     Raises:
         EOFError: The person leaves.
     """
-    from goalscope.safe_text import terminal_safe
+    from goalscope.base.text import terminal_safe
 
     out.print(terminal_safe("Agent  ", "cyan").append_text(terminal_safe(query)))
     while True:
@@ -326,7 +326,7 @@ def _refuse_other_options(context: typer.Context, info: EpisodeInfo) -> None:
     Raises:
         InvalidInputError: One is given.
     """
-    from goalscope.domains import load_domain, load_likelihood
+    from goalscope.agent.settings import load_domain, load_likelihood
 
     free = ["resume", "rounds", "picture", "store"]
     if load_domain(context.params["domain"]) == info.domain:
@@ -351,7 +351,7 @@ def _refuse_other_options(context: typer.Context, info: EpisodeInfo) -> None:
 @contextmanager
 def _environment(settings: Settings, person: Profile | None) -> Generator[Environment]:
     """The environment of an episode, closed at the end; prints its notes."""
-    from goalscope.domains import open_environment
+    from goalscope.agent.settings import open_environment
 
     env = open_environment(settings, person)
     try:
@@ -383,7 +383,7 @@ def _drawing(env: Environment, file: Path | None) -> Callable[[], None]:
 @contextmanager
 def _resumable(session: Session) -> Generator[None]:
     """Print how to resume an interrupted episode."""
-    from goalscope.session import resuming
+    from goalscope.storage.session import resuming
 
     try:
         yield
@@ -400,7 +400,7 @@ def _resumable(session: Session) -> Generator[None]:
 
 
 def _outcome_json(info: EpisodeInfo, unwanted: Sequence[str] | None) -> dict[str, Any]:
-    from goalscope.safe_text import model_shown
+    from goalscope.base.text import model_shown
 
     return {
         "profile": info.profile,

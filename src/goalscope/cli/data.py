@@ -8,9 +8,9 @@ from typing import Annotated, Any
 
 import typer
 
+from goalscope.base.types import pluralize
 from goalscope.cli.options import Json
 from goalscope.cli.terminal import console
-from goalscope.types import pluralize
 
 __all__ = ["data"]
 
@@ -35,8 +35,8 @@ def list_datasets(
     """List the datasets: contents, sources, and the files found."""
     from rich.table import Table
 
+    from goalscope.base.text import terminal_safe
     from goalscope.datasets import DATASETS, named_folder
-    from goalscope.safe_text import terminal_safe
 
     folder = named_folder(folder)
     out = console()
@@ -104,8 +104,8 @@ def export(
 
     `infer`, `bench dialogues --jsonl` and `fit` read such files.
     """
+    from goalscope.base.text import terminal_safe
     from goalscope.datasets import data_folder, load, write_cases
-    from goalscope.safe_text import terminal_safe
 
     set, _, split = name.partition(":")
     found = load(

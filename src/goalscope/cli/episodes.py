@@ -9,17 +9,17 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+from goalscope.base.types import GoalscopeError, InvalidInputError, pluralize
 from goalscope.cli.options import Json, StoreFile
 from goalscope.cli.terminal import console, settings_model
-from goalscope.types import GoalscopeError, InvalidInputError, pluralize
 
 if TYPE_CHECKING:
     from rich.console import Console
 
-    from goalscope.belief import Belief
-    from goalscope.episode import Round
-    from goalscope.store import EpisodeInfo, Store
-    from goalscope.types import Goal, Turn
+    from goalscope.agent.round import Round
+    from goalscope.base.types import Goal, Turn
+    from goalscope.belief.belief import Belief
+    from goalscope.storage.store import EpisodeInfo, Store
 
 __all__ = ["episodes", "replay", "why"]
 
@@ -38,9 +38,9 @@ def episodes(
     as_json: Json = False,
 ) -> None:
     """List the stored episodes, each with what the person said first."""
-    from goalscope.display import show_episodes
-    from goalscope.safe_text import domain_shown, model_shown
-    from goalscope.store import Store
+    from goalscope.base.text import domain_shown, model_shown
+    from goalscope.cli.display import show_episodes
+    from goalscope.storage.store import Store
 
     with Store.open(store, new=False) as opened:
         infos = opened.episodes(text=text)
@@ -61,9 +61,9 @@ def replay(id: Episode, store: StoreFile = None, as_json: Json = False) -> None:
     log_likelihood (a row for each turn, nats), and the probability of each goal. The belief of the
     method no-inference is a ranking: goals, and the most and the least likely of them.
     """
-    from goalscope.display import show_header, show_round, show_summary
-    from goalscope.safe_text import terminal_safe
-    from goalscope.store import Store
+    from goalscope.base.text import terminal_safe
+    from goalscope.cli.display import show_header, show_round, show_summary
+    from goalscope.storage.store import Store
 
     out = console()
     with Store.open(store, new=False) as opened:
@@ -111,12 +111,12 @@ def why(
     is over the current goals; if goals were added or removed since, the round itself showed a
     different belief, which --round explains.
     """
-    from goalscope.belief import Belief
-    from goalscope.display import show_reasons
-    from goalscope.rounds_json import dumps
-    from goalscope.safe_text import terminal_safe
-    from goalscope.store import Store
-    from goalscope.why import reasons
+    from goalscope.base.text import terminal_safe
+    from goalscope.belief.belief import Belief
+    from goalscope.belief.explain import reasons
+    from goalscope.cli.display import show_reasons
+    from goalscope.storage.round_json import dumps
+    from goalscope.storage.store import Store
 
     with Store.open(store, new=False) as opened:
         info = opened.episode(id)
@@ -149,9 +149,9 @@ def why(
 
 def _episode_json(info: EpisodeInfo, rounds: Sequence[Round]) -> dict[str, Any]:
     """An episode and its rounds, with the probabilities of each belief."""
-    from goalscope.belief import Belief
-    from goalscope.rounds_json import round_to_json
-    from goalscope.safe_text import model_shown
+    from goalscope.base.text import model_shown
+    from goalscope.belief.belief import Belief
+    from goalscope.storage.round_json import round_to_json
 
     rows: list[dict[str, Any]] = []
     for round in rounds:
@@ -164,10 +164,10 @@ def _episode_json(info: EpisodeInfo, rounds: Sequence[Round]) -> dict[str, Any]:
 
 def _show_checks_again(out: Console, info: EpisodeInfo, rounds: Sequence[Round]) -> None:
     """Replay the stored actions in goalscope's shop or room, and show which checks they meet."""
-    from goalscope.display import show_checks
-    from goalscope.domains import open_environment, profile_named, settings_of
-    from goalscope.policy import undo
-    from goalscope.safe_text import terminal_safe
+    from goalscope.agent.planner import undo
+    from goalscope.agent.settings import open_environment, profile_named, settings_of
+    from goalscope.base.text import terminal_safe
+    from goalscope.cli.display import show_checks
 
     settings = settings_of(info.settings)
     if settings.domain not in ("grocery", "house") or settings.simulator != "house":
@@ -188,7 +188,7 @@ def _show_checks_again(out: Console, info: EpisodeInfo, rounds: Sequence[Round])
 
 def _later_corrections(store: Store, info: EpisodeInfo) -> str:
     """The corrections since the last round, and where they take effect; "" if there are none."""
-    from goalscope.session import resuming
+    from goalscope.storage.session import resuming
 
     words = {"pin": 'it is "{}"', "veto": 'it is not "{}"', "reword": '"{}" means "{}"'}
     said = [
@@ -215,7 +215,7 @@ def _chosen(belief: Belief, text: str | None) -> Goal:
     known = [each for each in belief.goals if each.text.casefold() == wanted]
     known = known or [each for each in belief.goals if each.text.casefold().startswith(wanted)]
     if len(known) != 1:
-        from goalscope.safe_text import terminal_safe
+        from goalscope.base.text import terminal_safe
 
         for each in belief.goals:
             console(stderr=True).print(terminal_safe(f"- {each.text}"), soft_wrap=True)
@@ -228,9 +228,9 @@ def _word_evidence(
     info: EpisodeInfo, belief: Belief, turns: list[Turn], goal: Goal
 ) -> list[list[tuple[str, float]]]:
     """Print the evidence of each word of each turn."""
-    from goalscope.domains import likelihood_for, settings_of
-    from goalscope.likelihood import RolePlay
-    from goalscope.why import word_evidence
+    from goalscope.agent.settings import likelihood_for, settings_of
+    from goalscope.belief.explain import word_evidence
+    from goalscope.belief.likelihood import RolePlay
 
     settings = settings_of(info.settings)
     if settings.likelihood:

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from goalscope.base.types import GoalscopeError, InvalidInputError, pluralize
 from goalscope.cli.options import (
     Adapter,
     EndOfTurn,
@@ -24,7 +25,6 @@ from goalscope.cli.options import (
 )
 from goalscope.cli.tables import show_tables
 from goalscope.cli.terminal import measuring, model_names, progress
-from goalscope.types import GoalscopeError, InvalidInputError, pluralize
 
 if TYPE_CHECKING:
     from goalscope.experiment.plan import Experiment
@@ -87,9 +87,9 @@ def mcq(
     The goals are four paraphrases of each choice. The model writes those that the file lacks.
     Running it again measures only what is missing.
     """
+    from goalscope.belief.likelihood import DEFAULT_LAYOUT
     from goalscope.datasets import DATASETS
     from goalscope.experiment.plan import Experiment, QuestionsPart
-    from goalscope.likelihood import DEFAULT_LAYOUT
 
     name = DATASETS["mcq"].files.get(file, file)
     part = QuestionsPart(name, limit, (layout or DEFAULT_LAYOUT,))
@@ -155,8 +155,8 @@ def dialogues(
             "Expected either a dataset, such as teach, or your own file with --jsonl FILE. "
             "`goalscope data list` shows the datasets."
         )
+    from goalscope.belief.likelihood import DEFAULT_LAYOUT
     from goalscope.experiment.plan import DialoguesPart, Experiment
-    from goalscope.likelihood import DEFAULT_LAYOUT
 
     part = DialoguesPart(
         set or "",
@@ -205,7 +205,7 @@ def run_experiment(
 
     Results are saved as they come; after an interruption, the same command continues.
     """
-    from goalscope.experiment.reading import read_experiment
+    from goalscope.experiment.plan_reading import read_experiment
 
     plan = read_experiment(file)
     if model or generator:

@@ -11,12 +11,12 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+from goalscope.base.types import InvalidInputError, pluralize
 from goalscope.cli.options import Json, Layout, Seed
 from goalscope.cli.terminal import console, measuring, model_names, progress
-from goalscope.types import InvalidInputError, pluralize
 
 if TYPE_CHECKING:
-    from goalscope.models.transformers import Transformers
+    from goalscope.models.torch.model import Transformers
 
 __all__ = ["Device", "FitModel", "base_of", "check_fit", "engine_of", "fit"]
 
@@ -82,10 +82,10 @@ def fit(
     out for validation; fitting stops once the validation no longer improves. The same command
     resumes an interrupted fit. The folder then holds the adapter, for --adapter, and a model card.
     """
+    from goalscope.belief.likelihood import DEFAULT_LAYOUT
     from goalscope.fitting.fit import Settings
     from goalscope.fitting.plan import Plan
     from goalscope.fitting.sources import read_source
-    from goalscope.likelihood import DEFAULT_LAYOUT
     from goalscope.models.adapters import NO_ADAPTER, adapter_file, shipped
 
     check_fit(model, learning_rate)
@@ -152,7 +152,7 @@ def check_fit(model: str | None, learning_rate: float) -> None:
 
 def base_of(model: str | None) -> str:
     """The public name of the model that an adapter is for."""
-    from goalscope.models.llamacpp import EMBEDDED
+    from goalscope.models.llama.model import EMBEDDED
 
     if model and (path := Path(model)).exists():
         return path.stem if path.is_file() else path.name
@@ -161,10 +161,10 @@ def base_of(model: str | None) -> str:
 
 def engine_of(model: str | None, device: str | None) -> Transformers:
     """The model, opened for training."""
-    from goalscope.extras import package
-    from goalscope.models.llamacpp import embedded_path
-    from goalscope.models.torch_network import multiplies_bfloat16
-    from goalscope.models.transformers import Transformers
+    from goalscope.base.optional_packages import package
+    from goalscope.models.llama.model import embedded_path
+    from goalscope.models.torch.model import Transformers
+    from goalscope.models.torch.network import multiplies_bfloat16
 
     with measuring("Loading the model"):
         name = (model_names(model)["model"] or "").removeprefix("hf:") or embedded_path()
@@ -175,7 +175,7 @@ def engine_of(model: str | None, device: str | None) -> Transformers:
 
 def _show(facts: Mapping[str, Any], out: Path) -> None:
     """Print the figures of a finished fit, and how to use the adapter."""
-    from goalscope.safe_text import terminal_safe
+    from goalscope.base.text import terminal_safe
 
     best, first, number = facts["best"], facts["history"][0], facts["validated"]
     figures = (("log-loss", "log_loss", ".3f"), ("top-1", "top1", ".0%"), ("AUROC", "auroc", ".3f"))

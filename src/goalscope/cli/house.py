@@ -8,9 +8,9 @@ from typing import Annotated, Any
 
 import typer
 
+from goalscope.base.types import InvalidInputError, pluralize
 from goalscope.cli.options import Json
 from goalscope.cli.terminal import console
-from goalscope.types import InvalidInputError, pluralize
 
 __all__ = ["house"]
 
@@ -24,8 +24,8 @@ house = typer.Typer(
 @house.command()
 def scenes(as_json: Json = False) -> None:
     """List the rooms for `--scene`, and why some cannot be used."""
+    from goalscope.base.text import terminal_safe
     from goalscope.envs.house.simulator.scenes import known_scenes
-    from goalscope.safe_text import terminal_safe
 
     rows: list[dict[str, Any]] = []
     for name, read in known_scenes().items():
@@ -81,8 +81,8 @@ def import_file(
     The file holds `event.metadata`, or {objectId: object metadata}, or a room in goalscope's own
     format (.toml); .json.gz works, too. A broken scene is refused, and nothing is saved.
     """
+    from goalscope.base.text import terminal_safe
     from goalscope.envs.house.simulator.scenes import import_scene
-    from goalscope.safe_text import terminal_safe
 
     title, scene = import_scene(file, name, force=force)
     for note in scene.notes:

@@ -8,6 +8,7 @@ from typing import Annotated, Any
 
 import typer
 
+from goalscope.base.types import InvalidInputError, pluralize
 from goalscope.cli.options import (
     Adapter,
     CalibrationName,
@@ -20,7 +21,6 @@ from goalscope.cli.options import (
     check_likelihood,
 )
 from goalscope.cli.terminal import console, model_names, opened_model, progress
-from goalscope.types import InvalidInputError, pluralize
 
 __all__ = ["infer"]
 
@@ -53,15 +53,15 @@ def infer(
     from dataclasses import asdict
     from hashlib import sha256
 
-    from goalscope.calibrations import calibration_named
-    from goalscope.domains import Settings, likelihood_for, load_likelihood
+    from goalscope.agent.settings import Settings, likelihood_for, load_likelihood
+    from goalscope.base.text import model_shown, terminal_safe
+    from goalscope.belief.calibrations import calibration_named
+    from goalscope.belief.likelihood import RolePlay
     from goalscope.experiment.identity import hashes_of, own_identity
+    from goalscope.experiment.infer import infer as infer_dialogues
+    from goalscope.experiment.infer import read_dialogues, trim_output
     from goalscope.experiment.locking import sole
-    from goalscope.infer import infer as infer_dialogues
-    from goalscope.infer import read_dialogues, trim_output
-    from goalscope.likelihood import RolePlay
     from goalscope.models.opening import parts
-    from goalscope.safe_text import model_shown, terminal_safe
 
     if not out.absolute().parent.is_dir():
         raise InvalidInputError(

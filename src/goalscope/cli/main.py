@@ -15,6 +15,8 @@ from typing import Annotated, Any
 import typer
 from typer.core import TyperGroup
 
+from goalscope.base.types import GoalscopeError, InvalidInputError
+from goalscope.base.user_dirs import NOWHERE
 from goalscope.cli.calibrate import calibrate
 from goalscope.cli.chat import chat, run
 from goalscope.cli.data import data
@@ -28,8 +30,6 @@ from goalscope.cli.reading import bench_reading, fit_writer
 from goalscope.cli.report import report
 from goalscope.cli.serve import mcp, serve
 from goalscope.cli.study import study
-from goalscope.places import NOWHERE
-from goalscope.types import GoalscopeError, InvalidInputError
 
 
 def _interrupted(error: BaseException | None) -> bool:
@@ -40,7 +40,7 @@ def _interrupted(error: BaseException | None) -> bool:
 
 
 def _print_error(text: str) -> None:
-    from goalscope.safe_text import terminal_safe
+    from goalscope.base.text import terminal_safe
 
     with suppress(OSError):  # the exit code still tells
         typer.echo(terminal_safe("Error: " + " ".join(text.split())).plain, err=True)
@@ -111,7 +111,7 @@ class _Commands(TyperGroup):
         except (Exception, KeyboardInterrupt) as error:
             if _interrupted(error):
                 raise typer.Exit(130) from None
-            from goalscope.domains import failure_in
+            from goalscope.agent.settings import failure_in
 
             if told := failure_in(error):
                 _print_error(told)
@@ -168,7 +168,7 @@ class _Lines(logging.Formatter):
     """Indents all lines of a record but the first, so that none can pass for another record."""
 
     def format(self, record: logging.LogRecord) -> str:
-        from goalscope.safe_text import terminal_safe
+        from goalscope.base.text import terminal_safe
 
         return terminal_safe(super().format(record)).plain.replace("\n", "\n    ")
 

@@ -11,14 +11,14 @@ from typing import TYPE_CHECKING, Annotated, Any, cast
 
 import typer
 
+from goalscope.base.types import GoalscopeError, InvalidInputError
 from goalscope.cli.options import Json, ModelOptions, StoreFile, expand_options
 from goalscope.cli.terminal import console, measuring, opened_model
-from goalscope.types import GoalscopeError, InvalidInputError
 
 if TYPE_CHECKING:
-    from goalscope.models.engine import Engine
-    from goalscope.models.llamacpp import LlamaCpp
-    from goalscope.models.tune import Tuning
+    from goalscope.models.llama.engine import Engine
+    from goalscope.models.llama.model import LlamaCpp
+    from goalscope.models.llama.tune import Tuning
 
 PACKAGES = (
     *("goalscope", "numpy", "wordllama"),
@@ -36,8 +36,8 @@ models = typer.Typer(
 def list_models(as_json: Json = False) -> None:
     """List the model files that goalscope finds on this machine."""
     from goalscope.models.hub import pulled_files
-    from goalscope.models.llamacpp import embedded_path
-    from goalscope.models.tune import kept_tunings
+    from goalscope.models.llama.model import embedded_path
+    from goalscope.models.llama.tune import kept_tunings
 
     tunings = {each.source: each for each in kept_tunings()}
     paths = [embedded_path(), *pulled_files(), *tunings]
@@ -85,8 +85,8 @@ def tune(
     The result is cached, with a faster copy of the file where there is one. Small files are tuned
     at first use; GOALSCOPE_TUNE=0 turns off tuning and the use of earlier results.
     """
-    from goalscope.models.llamacpp import embedded_path, processors
-    from goalscope.models.tune import tune as tune_file
+    from goalscope.models.llama.model import embedded_path, processors
+    from goalscope.models.llama.tune import tune as tune_file
 
     source = model.absolute() if model else embedded_path()
     try:
@@ -127,15 +127,15 @@ def doctor(given: ModelOptions, store: StoreFile = None, as_json: Json = False) 
     import platform
     from importlib.metadata import PackageNotFoundError, version
 
-    from goalscope.calibrations import known_calibration
-    from goalscope.extras import EXTRAS, remedy
-    from goalscope.likelihood import DEFAULT_LAYOUT
+    from goalscope.base.optional_packages import EXTRAS, remedy
+    from goalscope.base.user_dirs import user_cache
+    from goalscope.belief.calibrations import known_calibration
+    from goalscope.belief.likelihood import DEFAULT_LAYOUT
     from goalscope.models.adapters import lost_adapters
     from goalscope.models.check import check as check_model
+    from goalscope.models.llama.tune import processor
     from goalscope.models.opening import parts
-    from goalscope.models.tune import processor
-    from goalscope.places import user_cache
-    from goalscope.store import Store
+    from goalscope.storage.store import Store
 
     report: dict[str, Any] = {"python": platform.python_version(), "processor": processor()}
     for package in PACKAGES:
@@ -183,7 +183,7 @@ def doctor(given: ModelOptions, store: StoreFile = None, as_json: Json = False) 
 
 def _report(report: dict[str, Any], as_json: bool) -> None:
     """Print the findings; exit with code 1 if there are problems."""
-    from goalscope.safe_text import model_shown
+    from goalscope.base.text import model_shown
 
     if as_json:
         print(model_shown(json.dumps(report)))
@@ -202,8 +202,8 @@ def _report(report: dict[str, Any], as_json: bool) -> None:
 
 def _engine(model: LlamaCpp, runs: Engine) -> str:
     """The engine that runs a model, and how it compares with the other one on this machine."""
-    from goalscope.extras import remedy
-    from goalscope.models.engine import NATIVE, READY
+    from goalscope.base.optional_packages import remedy
+    from goalscope.models.llama.engine import NATIVE, READY
 
     if runs.package != NATIVE:
         found = any(map(shutil.which, filter(None, (os.environ.get("CXX"), *_COMPILERS))))
@@ -239,6 +239,6 @@ def _row(path: Path, tuning: Tuning | None) -> dict[str, Any]:
 
 
 def _say(line: str) -> None:
-    from goalscope.safe_text import terminal_safe
+    from goalscope.base.text import terminal_safe
 
     console().print(terminal_safe(line), soft_wrap=True)

@@ -11,12 +11,12 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal, get_type_hints
 
 import typer
 
+from goalscope.base.types import InvalidInputError
 from goalscope.cli.terminal import model_names
-from goalscope.types import InvalidInputError
 
 if TYPE_CHECKING:
-    from goalscope.domains import Settings
-    from goalscope.goals import Trigger
+    from goalscope.agent.settings import Settings
+    from goalscope.belief.goal_manager import Trigger
 
 __all__ = [
     "Adapter",
@@ -219,9 +219,9 @@ class EpisodeOptions(ModelOptions):
         Raises:
             InvalidInputError: An option cannot be used, or would have no effect.
         """
-        from goalscope.agent import K
-        from goalscope.domains import Settings, load_domain, load_likelihood
-        from goalscope.modules import PIPELINE, modules_named, pipeline_of
+        from goalscope.agent.agent import K
+        from goalscope.agent.settings import Settings, load_domain, load_likelihood
+        from goalscope.agent.toolkit import PIPELINE, modules_named, pipeline_of
 
         settings = Settings(
             **self.names(),
@@ -336,7 +336,7 @@ def check_picture(picture: Path | None, domain: str) -> None:
 
 def calibration_file(given: str | None) -> str | None:
     """The name of a calibration, or the full path of its file, once it is checked."""
-    from goalscope.calibrations import NAMED, calibration_named
+    from goalscope.belief.calibrations import NAMED, calibration_named
 
     if given is None or given in NAMED:
         return given
@@ -358,7 +358,7 @@ def _listed(given: str) -> list[str]:
 
 
 def _trigger(given: str | None) -> Trigger:
-    from goalscope.goals import UNEXPLAINED
+    from goalscope.belief.goal_manager import UNEXPLAINED
 
     if given is None or given == "paper":
         return given or UNEXPLAINED

@@ -13,16 +13,16 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from goalscope.base.types import InvalidInputError
 from goalscope.cli.fit import Device, FitModel, base_of, check_fit, engine_of
 from goalscope.cli.options import Json, Model, ReadingAdapter, ReadingForm, Seed
 from goalscope.cli.tables import show_tables
 from goalscope.cli.terminal import console, measuring, model_names, progress
-from goalscope.types import InvalidInputError
 
 if TYPE_CHECKING:
-    from goalscope.benchmarks.reading import Language, Line
+    from goalscope.experiment.reading_scores import Language, Line
     from goalscope.fitting.corpus import Entry
-    from goalscope.orders import Reading
+    from goalscope.language.orders import Reading
 
 __all__ = ["bench_reading", "fit_writer"]
 
@@ -63,7 +63,8 @@ def bench_reading(
     [{"do", "what", "quantity", "unit", "for", "where", "if"}]}. A message is exact if all its
     orders are right; F1 compares orders by verb and target.
     """
-    from goalscope.benchmarks.reading import (
+    from goalscope.base.text import terminal_safe
+    from goalscope.experiment.reading_scores import (
         asking,
         differs,
         line_to_json,
@@ -72,10 +73,9 @@ def bench_reading(
         score,
     )
     from goalscope.experiment.summary import Table, percent
+    from goalscope.language.orders import order_to_json, orders_to_text
+    from goalscope.language.reader import Reader
     from goalscope.models.opening import open_reader
-    from goalscope.orders import order_to_json, orders_to_text
-    from goalscope.reader import Reader
-    from goalscope.safe_text import terminal_safe
 
     languages = _languages(domain)
     lines = _chosen(read_corpus(file), languages, bool(domain))
@@ -229,7 +229,7 @@ def fit_writer(
 
 def _taught(found: Sequence[Entry], languages: dict[str, Language], only: bool) -> list[Entry]:
     """The same corpus, with only the messages that `_chosen` selects."""
-    from goalscope.benchmarks.reading import Line
+    from goalscope.experiment.reading_scores import Line
 
     lines = [each for each in found if isinstance(each, Line)]
     rest = [each for each in found if not isinstance(each, Line)]
@@ -238,8 +238,8 @@ def _taught(found: Sequence[Entry], languages: dict[str, Language], only: bool) 
 
 def _languages(domains: Sequence[str] | None) -> dict[str, Language]:
     """The verbs of each domain, by the domain's name in the corpus."""
-    from goalscope.benchmarks.reading import Language, read_languages
-    from goalscope.domains import Settings, load_domain, open_environment
+    from goalscope.agent.settings import Settings, load_domain, open_environment
+    from goalscope.experiment.reading_scores import Language, read_languages
 
     found: dict[str, Language] = {}
     for name in domains or ("grocery", "house"):
@@ -260,7 +260,7 @@ def _chosen(lines: Sequence[Line], languages: dict[str, Language], only: bool) -
         InvalidInputError: There is none, one has a verb that its domain lacks, or one is of
             another domain and not only some are meant.
     """
-    from goalscope.orders import DIALOGUE_ACTS
+    from goalscope.language.orders import DIALOGUE_ACTS
 
     named = [replace(line, domain=ALIASES.get(line.domain, line.domain)) for line in lines]
     for line in named:

@@ -8,8 +8,8 @@ from typing import Annotated
 
 import typer
 
+from goalscope.base.types import pluralize
 from goalscope.cli.options import Json
-from goalscope.types import pluralize
 
 __all__ = ["report"]
 
@@ -30,8 +30,8 @@ def report(
 
     With --json, the tables are printed, and files are written only if --out is given.
     """
+    from goalscope.base.text import terminal_safe
     from goalscope.report import read_report, write_report
-    from goalscope.safe_text import terminal_safe
 
     file = out or (None if as_json else _beside(source))
     found = read_report(source, draw=file is not None)

@@ -8,6 +8,8 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from goalscope.base.types import GoalscopeError, InvalidInputError
+from goalscope.base.user_dirs import NOWHERE, user_data
 from goalscope.cli.options import (
     CalibrationName,
     ModelOptions,
@@ -17,8 +19,6 @@ from goalscope.cli.options import (
     expand_options,
 )
 from goalscope.cli.terminal import console, measured_meanwhile, settings_model
-from goalscope.places import NOWHERE, user_data
-from goalscope.types import GoalscopeError, InvalidInputError
 
 if TYPE_CHECKING:
     from goalscope.models import OpenModel
@@ -104,9 +104,9 @@ def serve(
     """
     import socket
 
-    from goalscope.domains import Settings
-    from goalscope.extras import package
-    from goalscope.store import Store
+    from goalscope.agent.settings import Settings
+    from goalscope.base.optional_packages import package
+    from goalscope.storage.store import Store
 
     for each in ("fastapi", "uvicorn"):
         package(each, "The web page needs", GoalscopeError)
@@ -190,13 +190,13 @@ def mcp(
     from contextlib import ExitStack
     from functools import cache
 
-    from goalscope.domains import Settings
-    from goalscope.extras import package
-    from goalscope.store import Store
-    from goalscope.tracking import Trackers
+    from goalscope.agent.settings import Settings
+    from goalscope.base.optional_packages import package
+    from goalscope.storage.store import Store
+    from goalscope.storage.tracking import Trackers
 
     package("mcp.server", "The MCP server needs", GoalscopeError)
-    from goalscope.mcp_server import create_server
+    from goalscope.web.mcp import create_server
 
     settings = Settings(**models.names(), calibration=calibration_file(calibration), seed=seed)
     with Store.open(store) as episodes, ExitStack() as later:

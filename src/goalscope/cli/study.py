@@ -9,12 +9,12 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from goalscope.base.types import InvalidInputError, pluralize
 from goalscope.cli.options import Json, StoreFile
 from goalscope.cli.terminal import console
-from goalscope.types import InvalidInputError, pluralize
 
 if TYPE_CHECKING:
-    from goalscope.store import Store
+    from goalscope.storage.store import Store
     from goalscope.study.store import StudyStore
 
 __all__ = ["study"]
@@ -26,7 +26,7 @@ Name = Annotated[str, typer.Argument(help="Name of the study.")]
 
 @contextmanager
 def _opened(place: str | None) -> Generator[tuple[Store, StudyStore]]:
-    from goalscope.store import Store
+    from goalscope.storage.store import Store
     from goalscope.study.store import StudyStore
 
     with Store.open(place, new=False) as store:

@@ -26,7 +26,7 @@ def show_tables(tables: Sequence[Table], as_json: bool) -> None:
     """
     from rich.padding import Padding
 
-    from goalscope.safe_text import terminal_safe
+    from goalscope.base.text import terminal_safe
 
     if as_json:
         print(json.dumps([table.to_dict() for table in tables], allow_nan=False))
@@ -52,7 +52,7 @@ def _grids(table: Table, room: int) -> Iterator[Grid]:
     from rich.cells import cell_len
     from rich.table import Table as Grid
 
-    from goalscope.safe_text import terminal_safe
+    from goalscope.base.text import terminal_safe
 
     columns = [*zip(*table.texts(), strict=True)]
     words = table.worded

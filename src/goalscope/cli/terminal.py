@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from rich.console import Console
     from rich.status import Status
 
-    from goalscope.domains import Settings
+    from goalscope.agent.settings import Settings
     from goalscope.models import OpenModel
 
 __all__ = [
@@ -70,7 +70,7 @@ def progress(what: str) -> Generator[Callable[[int, int], None]]:
         TimeRemainingColumn,
     )
 
-    from goalscope.safe_text import terminal_safe
+    from goalscope.base.text import terminal_safe
 
     columns = (
         TextColumn("{task.description}", markup=False),

@@ -7,6 +7,8 @@ from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
+from goalscope.base.inputs import nearest, shown
+from goalscope.base.types import InvalidInputError
 from goalscope.datasets.alfred import alfred
 from goalscope.datasets.case import OPENING, Case, said_key, turns_of
 from goalscope.datasets.casino import casino
@@ -14,8 +16,6 @@ from goalscope.datasets.jsonl import read_cases, write_cases
 from goalscope.datasets.multiwoz import multiwoz
 from goalscope.datasets.taskmaster import taskmaster
 from goalscope.datasets.teach import teach
-from goalscope.inputs import nearest, shown
-from goalscope.types import InvalidInputError
 
 __all__ = [
     "DATASETS",

@@ -6,10 +6,10 @@ import random
 from collections.abc import Iterable, Iterator, Mapping
 from pathlib import Path
 
+from goalscope.base.types import Turn, canonical
 from goalscope.datasets.case import OPENING, Case
 from goalscope.datasets.files import Row, line_rows
 from goalscope.datasets.goal_sets import chance, draw
-from goalscope.types import Turn, canonical
 
 __all__ = ["TASK", "alfred"]
 

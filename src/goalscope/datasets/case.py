@@ -7,7 +7,7 @@ from collections.abc import Iterable
 from dataclasses import asdict, dataclass
 from typing import Any
 
-from goalscope.types import Goal, Turn
+from goalscope.base.types import Goal, Turn
 
 __all__ = ["OPENING", "Case", "case_to_json", "said_key", "turns_of"]
 

@@ -6,11 +6,11 @@ from collections.abc import Iterator
 from itertools import permutations
 from pathlib import Path
 
+from goalscope.base.inputs import shown
+from goalscope.base.types import Goal, InvalidInputError
 from goalscope.datasets.case import Case, turns_of
 from goalscope.datasets.files import json_rows
 from goalscope.datasets.goal_sets import chance
-from goalscope.inputs import shown
-from goalscope.types import Goal, InvalidInputError
 
 __all__ = ["TASK", "casino"]
 

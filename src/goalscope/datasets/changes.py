@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
+from goalscope.base.types import InvalidInputError, Turn, canonical
 from goalscope.datasets.case import Case
 from goalscope.datasets.goal_sets import chance, draw
-from goalscope.types import InvalidInputError, Turn, canonical
 
 __all__ = ["AFTER", "Change", "changes_of"]
 

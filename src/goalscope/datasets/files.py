@@ -11,8 +11,8 @@ from pathlib import Path
 from types import UnionType
 from typing import Any, cast
 
-from goalscope.inputs import RepeatedKeyError, parse_json, shown
-from goalscope.types import InvalidInputError, checked_text
+from goalscope.base.inputs import RepeatedKeyError, parse_json, shown
+from goalscope.base.types import InvalidInputError, checked_text
 
 __all__ = ["Row", "json_rows", "line_rows", "own_rows"]
 

@@ -8,7 +8,7 @@ import re
 from collections import defaultdict
 from collections.abc import Iterable, Sequence
 
-from goalscope.types import Goal, canonical
+from goalscope.base.types import Goal, canonical
 
 __all__ = ["by_shared_words", "chance", "draw", "goal_key"]
 

@@ -7,10 +7,10 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 from pathlib import Path
 
+from goalscope.base.inputs import nearest, shown
+from goalscope.base.types import UNSPECIFIED, Goal, InvalidInputError, Turn, canonical, distinct
 from goalscope.datasets.case import Case, case_to_json
 from goalscope.datasets.files import Row, own_rows
-from goalscope.inputs import nearest, shown
-from goalscope.types import UNSPECIFIED, Goal, InvalidInputError, Turn, canonical, distinct
 
 __all__ = ["Dialogue", "read_cases", "read_dialogues", "write_cases"]
 

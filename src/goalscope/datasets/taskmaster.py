@@ -11,11 +11,11 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import cast
 
+from goalscope.base.inputs import is_list, shown
+from goalscope.base.types import InvalidInputError
 from goalscope.datasets.case import Case, turns_of
 from goalscope.datasets.files import Row, line_rows
 from goalscope.datasets.goal_sets import chance, draw
-from goalscope.inputs import is_list, shown
-from goalscope.types import InvalidInputError
 
 __all__ = ["TASK", "taskmaster"]
 

@@ -6,14 +6,14 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import cast
 
-from goalscope.occasions import Occasion
-from goalscope.orders import Example, Order, Verb
-from goalscope.standing import Standing
-from goalscope.types import Action, GoalscopeError, Profile, StepResult
+from goalscope.base.types import Action, GoalscopeError, Profile, StepResult
+from goalscope.envs.scenarios import Scenario
+from goalscope.language.dialogue_state import DialogueState
+from goalscope.language.orders import Example, Order, Verb
 
 __all__ = ["GUESSED", "MENTIONED", "REQUIRED", "SEARCH"]
 __all__ += ["Environment", "Pick", "Resolution"]
-__all__ += ["execute", "met_checks", "missing", "occasions_like", "resolution_of"]
+__all__ += ["execute", "met_checks", "missing", "resolution_of", "scenarios_like"]
 
 GUESSED = "Guessed, not asked for: "
 """Prefix of notes about guessed actions."""
@@ -52,7 +52,7 @@ class Environment:
 
     Attributes:
         task: The agent and its task in one or two sentences, for prompts.
-        verbs: The verbs of orders, besides the dialogue acts of `goalscope.orders`.
+        verbs: The verbs of orders, besides the dialogue acts of `goalscope.language.orders`.
         examples: Example readings, for models not fitted for reading.
         completion_phrase: The words that end the task.
         notes: Notes for the person about what was loaded, one sentence each.
@@ -85,7 +85,7 @@ class Environment:
         """Execute an action. An impossible one changes nothing and says why."""
         raise NotImplementedError
 
-    def resolve(self, order: Order, standing: Standing, pick: Pick) -> Resolution:
+    def resolve(self, order: Order, standing: DialogueState, pick: Pick) -> Resolution:
         """Resolve an order to actions, or to one sentence that says why not.
 
         The order has a verb of the domain, or is a limit ("avoid", "only", "budget", "leave"), for
@@ -109,7 +109,7 @@ class Environment:
         """Generic names of available things that may serve `text`, nearest first."""
         raise NotImplementedError
 
-    def actions(self, name: str, standing: Standing) -> list[Action]:
+    def actions(self, name: str, standing: DialogueState) -> list[Action]:
         """Actions that may be guessed for things of a generic name, best first.
 
         Excludes what the person ruled out.
@@ -120,7 +120,7 @@ class Environment:
         """The action in words."""
         return str(action)
 
-    def serving(self, need: str, standing: Standing) -> list[Action]:
+    def serving(self, need: str, standing: DialogueState) -> list[Action]:
         """The actions for one need of an aim, such as "flour"; empty if there are none.
 
         Args:
@@ -133,15 +133,15 @@ class Environment:
         """A key shared by actions that serve a need equally well: the need, if there is one."""
         return self.phrase(action)
 
-    def like(self, text: str, most: int) -> list[Occasion]:
-        """Occasions similar to a text, nearest first, with needs that can be served here."""
+    def like(self, text: str, most: int) -> list[Scenario]:
+        """Scenarios similar to a text, nearest first, with needs that can be served here."""
         return []
 
     def here(self) -> str:
         """A description of what is here, if the needs of aims depend on it."""
         return ""
 
-    def undo(self, results: Sequence[StepResult], standing: Standing) -> Resolution | None:
+    def undo(self, results: Sequence[StepResult], standing: DialogueState) -> Resolution | None:
         """The actions that undo some results, and a sentence on what cannot be undone.
 
         None if nothing can be undone here.
@@ -152,7 +152,7 @@ class Environment:
         """
         return None
 
-    def answer(self, order: Order, standing: Standing, pick: Pick) -> str:
+    def answer(self, order: Order, standing: DialogueState, pick: Pick) -> str:
         """The facts about the thing in a question; "" if there are none.
 
         Args:
@@ -162,7 +162,7 @@ class Environment:
         """
         return ""
 
-    def caution(self, results: Sequence[StepResult], standing: Standing) -> str:
+    def caution(self, results: Sequence[StepResult], standing: DialogueState) -> str:
         """What to warn of after orders were carried out, in one line; "" for nothing.
 
         Args:
@@ -231,15 +231,15 @@ def resolution_of(env: Environment, member: str, found: object) -> Resolution:
     return found
 
 
-def occasions_like(env: Environment, text: str, most: int) -> list[Occasion]:
+def scenarios_like(env: Environment, text: str, most: int) -> list[Scenario]:
     """The occasions that `env.like` finds.
 
     Raises:
         GoalscopeError: It gives something else.
     """
     found = env.like(text, most)
-    if not _is_list(found, Occasion):
-        raise _wrong(env, "like", "a list of Occasions (see goalscope.occasions)", found)
+    if not _is_list(found, Scenario):
+        raise _wrong(env, "like", "a list of Scenarios (see goalscope.envs.scenarios)", found)
     return [*found]
 
 

@@ -8,6 +8,7 @@ from difflib import get_close_matches
 from pathlib import Path
 from typing import Any, cast
 
+from goalscope.base.types import Action, GoalscopeError, InvalidInputError, Profile, StepResult
 from goalscope.envs import (
     SEARCH,
     Environment,
@@ -15,14 +16,13 @@ from goalscope.envs import (
     execute,
     met_checks,
     missing,
-    occasions_like,
     resolution_of,
+    scenarios_like,
 )
-from goalscope.orders import Order, Reading, Verb, orders_from_text, orders_to_text
-from goalscope.picking import Picker
-from goalscope.reader import check_verbs
-from goalscope.standing import LIMITS, Standing, acting, fold
-from goalscope.types import Action, GoalscopeError, InvalidInputError, Profile, StepResult
+from goalscope.language.dialogue_state import LIMITS, DialogueState, acting, fold
+from goalscope.language.matcher import Matcher
+from goalscope.language.orders import Order, Reading, Verb, orders_from_text, orders_to_text
+from goalscope.language.reader import check_verbs
 
 __all__ = ["check_env"]
 
@@ -71,7 +71,7 @@ class _Trial:
         self.env = env
         self.left = most
         self.shared = _shared(env)
-        self.pick = Picker()
+        self.pick = Matcher()
         self.verbs = {verb.name: verb for verb in env.verbs} if _is_list(env.verbs, Verb) else {}
         self.names: list[str] = []
         self.checked: list[str] = []
@@ -192,7 +192,7 @@ class _Trial:
             for limit in (*(Order(act, name) for act in _NAMING), Order("budget", quantity=1e6)):
                 self._try_limit(limit)
             for asked in (Order("ask", name), Order("ask")):
-                told = self.call("answer", asked, Standing(), self.pick)
+                told = self.call("answer", asked, DialogueState(), self.pick)
                 right = isinstance(told, str)
                 _hold(right, f"`answer` must give a text, not {told!r}, for {asked}")
         _hold(self.fingerprint() == self.start, "to resolve and to answer must change nothing")
@@ -206,7 +206,7 @@ class _Trial:
             return
         other = Order("frobnicate", limit.what, limit.quantity)
         try:
-            unknown = self.env.resolve(other, Standing(), self.pick)
+            unknown = self.env.resolve(other, DialogueState(), self.pick)
         except Exception:  # a domain need not know what to do with it
             return
         same = unknown.why.replace("frobnicate", limit.do) == found.why
@@ -217,9 +217,9 @@ class _Trial:
 
     def _try_needs(self, text: str) -> None:
         """What occasions call for may be lacking, but is not misspelt."""
-        for occasion in self.call("like", text, 8, by=occasions_like):
+        for occasion in self.call("like", text, 8, by=scenarios_like):
             for need in (*occasion.needed, *occasion.nice):
-                way = self.call("serving", need, Standing())
+                way = self.call("serving", need, DialogueState())
                 right = _is_list(way, Action)
                 _hold(right, f"`serving` must give a list of actions, not {way!r}")
                 close = get_close_matches(str(need), self.names, 1, _TYPO)
@@ -245,9 +245,9 @@ class _Trial:
             values = [each for check in profile.checks for each in check.values()]
             self.checked += [name for each in values if _is_list(each, str) for name in each]
 
-    def guesses(self, name: str, standing: Standing | None = None) -> list[Action]:
+    def guesses(self, name: str, standing: DialogueState | None = None) -> list[Action]:
         """See `Environment.actions`."""
-        found = self.call("actions", name, standing or Standing())
+        found = self.call("actions", name, standing or DialogueState())
         _hold(_is_list(found, Action), f"`actions` must give a list of actions, not {found!r}")
         return found
 
@@ -336,7 +336,7 @@ class _Trial:
 
     def _undo(self, results: Sequence[StepResult], before: str, orders: Sequence[Order]) -> None:
         """Undo results; the state is back, or it is said what is not."""
-        found = self.call("undo", results, Standing())
+        found = self.call("undo", results, DialogueState())
         if found is None:
             return
         said = orders_to_text(orders).replace("\n", "; ")

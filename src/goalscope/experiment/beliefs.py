@@ -9,9 +9,10 @@ from dataclasses import replace
 import numpy as np
 import numpy.typing as npt
 
-from goalscope.calibrating import Observed, Tables, observed_in
-from goalscope.calibration import DEFAULT, PAPER, Calibration, calibration_from_json
+from goalscope.belief.calibration import DEFAULT, PAPER, Calibration, calibration_from_json
+from goalscope.belief.goal_manager import UNEXPLAINED
 from goalscope.experiment.dialogues import area, by_settings, reliability_of
+from goalscope.experiment.fit_calibration import Observed, Tables, observed_in
 from goalscope.experiment.predictors import GOALSCOPE, among_goals
 from goalscope.experiment.summary import (
     NO_INTERVAL,
@@ -24,7 +25,6 @@ from goalscope.experiment.summary import (
     count,
     rows_of,
 )
-from goalscope.goals import UNEXPLAINED
 
 __all__ = ["AGENT", "EQ1", "TURN", "belief_table"]
 

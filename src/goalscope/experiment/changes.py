@@ -8,7 +8,8 @@ from dataclasses import replace
 import numpy as np
 import numpy.typing as npt
 
-from goalscope.calibration import DEFAULT, PAPER, calibration_from_json
+from goalscope.base.types import pluralize
+from goalscope.belief.calibration import DEFAULT, PAPER, calibration_from_json
 from goalscope.datasets.changes import AFTER
 from goalscope.experiment.dialogues import by_settings
 from goalscope.experiment.predictors import AS_IN_PAPER, GOALSCOPE, among_goals
@@ -23,7 +24,6 @@ from goalscope.experiment.summary import (
     rows_of,
     slug,
 )
-from goalscope.types import pluralize
 
 __all__ = ["change_table", "read_changes"]
 

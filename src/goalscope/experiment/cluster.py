@@ -16,8 +16,8 @@ from contextlib import ExitStack, contextmanager
 from queue import Empty, SimpleQueue
 from typing import Any
 
-from goalscope.extras import package
-from goalscope.types import GoalscopeError, InvalidInputError
+from goalscope.base.optional_packages import package
+from goalscope.base.types import GoalscopeError, InvalidInputError
 
 __all__ = ["on_cluster"]
 

@@ -9,7 +9,9 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from goalscope.calibration import PAPER, Calibration, calibration_from_json
+from goalscope.base.stats import Reliability, auroc, reliability, scores
+from goalscope.base.types import pluralize
+from goalscope.belief.calibration import PAPER, Calibration, calibration_from_json
 from goalscope.datasets.goal_sets import chance
 from goalscope.experiment.predictors import (
     AS_IN_PAPER,
@@ -47,8 +49,6 @@ from goalscope.experiment.summary import (
     rows_of,
     slug,
 )
-from goalscope.stats import Reliability, auroc, reliability, scores
-from goalscope.types import pluralize
 
 __all__ = [
     "after_turn",

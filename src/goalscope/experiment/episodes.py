@@ -8,7 +8,11 @@ from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
 
-from goalscope.domains import Settings
+from goalscope.agent.settings import Settings
+from goalscope.agent.toolkit import MODULES
+from goalscope.base.stats import paired_difference, pooled_sd_of_mean
+from goalscope.base.types import pluralize
+from goalscope.experiment.judge import JUDGE_TEMPERATURE
 from goalscope.experiment.results import Cell
 from goalscope.experiment.summary import (
     NO_INTERVAL,
@@ -28,10 +32,6 @@ from goalscope.experiment.summary import (
     rows_of,
     slug,
 )
-from goalscope.judge import JUDGE_TEMPERATURE
-from goalscope.modules import MODULES
-from goalscope.stats import paired_difference, pooled_sd_of_mean
-from goalscope.types import pluralize
 
 __all__ = [
     "DEFAULTS",

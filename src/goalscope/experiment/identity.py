@@ -13,10 +13,10 @@ from pathlib import Path
 from typing import Any, get_args
 
 import goalscope
-from goalscope.domains import Domain, Settings
+from goalscope.agent.settings import Domain, Settings
+from goalscope.base.types import Profile
 from goalscope.models import OpenModel
 from goalscope.models.opening import MODEL_KEYS, model_label, open_model
-from goalscope.types import Profile
 
 __all__ = ["hashes_of", "identity_of", "opened", "own_identity", "person_of"]
 

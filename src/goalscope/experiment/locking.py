@@ -9,7 +9,7 @@ from pathlib import Path
 
 from filelock import FileLock, Timeout
 
-from goalscope.types import InvalidInputError
+from goalscope.base.types import InvalidInputError
 
 __all__ = ["sole"]
 

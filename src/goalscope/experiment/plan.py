@@ -9,21 +9,21 @@ from dataclasses import asdict, dataclass, field, replace
 from pathlib import Path
 from typing import Any, Literal, get_args
 
-from goalscope.agent import K, Method
-from goalscope.benchmarks.mcq import read_questions
+from goalscope.agent.agent import K, Method
+from goalscope.agent.habits import Habit
+from goalscope.agent.settings import Domain, Settings, load_domain, load_likelihood, profiles_of
+from goalscope.agent.toolkit import PIPELINE, Stage, modules_named, pipeline_of
+from goalscope.base.inputs import nearest, shown
+from goalscope.base.types import InvalidInputError
+from goalscope.belief.goal_manager import Trigger
+from goalscope.belief.likelihood import DEFAULT_LAYOUT, Layout
 from goalscope.datasets import DATASETS, data_folder, load, read_cases
 from goalscope.datasets.case import case_to_json
 from goalscope.datasets.changes import changes_of
-from goalscope.domains import Domain, Settings, load_domain, load_likelihood, profiles_of
 from goalscope.experiment.identity import hashes_of, person_of
+from goalscope.experiment.judge import JUDGE_TEMPERATURE
+from goalscope.experiment.multiple_choice import read_questions
 from goalscope.experiment.results import Cell
-from goalscope.goals import Trigger
-from goalscope.habits import Habit
-from goalscope.inputs import nearest, shown
-from goalscope.judge import JUDGE_TEMPERATURE
-from goalscope.likelihood import DEFAULT_LAYOUT, Layout
-from goalscope.modules import PIPELINE, Stage, modules_named, pipeline_of
-from goalscope.types import InvalidInputError
 
 __all__ = [
     "DialoguesPart",
@@ -109,7 +109,7 @@ class EpisodesPart:
         k: Number of goals to act on; see `Agent`.
         pipeline: The order of a round's stages; see `Agent`.
         likelihood: A likelihood of your own in place of the role-play one (see `load_likelihood`).
-        prompted: Modules that use the paper's prompts; "all" for all of them.
+        prompted: Toolkit that use the paper's prompts; "all" for all of them.
         seeds: One run for each.
         rounds: Maximum number of rounds.
         catalogue: CSV file of the shop; None for the default one.

@@ -8,9 +8,9 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from goalscope.belief import log_posteriors
-from goalscope.benchmarks.baselines import overlap
-from goalscope.calibration import Calibration
+from goalscope.belief.belief import log_posteriors
+from goalscope.belief.calibration import Calibration
+from goalscope.experiment.baselines import overlap
 from goalscope.experiment.summary import Measured
 
 __all__ = [

@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from goalscope.base.stats import proportion
 from goalscope.experiment.summary import (
     NO_INTERVAL,
     Columns,
@@ -23,7 +24,6 @@ from goalscope.experiment.summary import (
     count,
     rows_of,
 )
-from goalscope.stats import proportion
 
 __all__ = ["question_tables"]
 

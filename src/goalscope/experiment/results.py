@@ -10,10 +10,10 @@ from typing import Any
 
 from sqlalchemy import Connection, Row, select
 
-from goalscope.database.tables import ABOUT, CELLS, EPISODES, ROUNDS
-from goalscope.rounds_json import dumps, round_from_json, round_to_json
-from goalscope.store import Store, new_episode
-from goalscope.types import InvalidInputError
+from goalscope.base.types import InvalidInputError
+from goalscope.storage.round_json import dumps, round_from_json, round_to_json
+from goalscope.storage.store import Store, new_episode
+from goalscope.storage.tables import ABOUT, CELLS, EPISODES, ROUNDS
 
 __all__ = ["Cell", "Results", "cell_key"]
 

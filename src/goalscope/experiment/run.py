@@ -8,14 +8,14 @@ from contextlib import closing
 from dataclasses import dataclass, replace
 from typing import Any
 
-from goalscope.domains import failure_in
+from goalscope.agent.settings import failure_in
+from goalscope.base.optional_packages import package
+from goalscope.base.types import GoalscopeError
 from goalscope.experiment.identity import identity_of
 from goalscope.experiment.plan import Experiment, judging
 from goalscope.experiment.results import Cell, Results, cell_key
 from goalscope.experiment.work import measure, perform
-from goalscope.extras import package
-from goalscope.rounds_json import dumps
-from goalscope.types import GoalscopeError
+from goalscope.storage.round_json import dumps
 
 __all__ = ["Done", "check_packages", "run"]
 

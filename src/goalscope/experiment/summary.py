@@ -17,9 +17,9 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, Literal, cast
 
+from goalscope.base.stats import Interval, bootstrap_mean
+from goalscope.base.text import terminal_safe
 from goalscope.models.opening import model_label
-from goalscope.safe_text import terminal_safe
-from goalscope.stats import Interval, bootstrap_mean
 
 __all__ = [
     "NO_INTERVAL",

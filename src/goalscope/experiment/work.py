@@ -7,10 +7,7 @@ from collections.abc import Mapping
 from dataclasses import asdict
 from typing import Any, get_args
 
-from goalscope.benchmarks.dialogues import measure_dialogue, measure_evidence
-from goalscope.benchmarks.mcq import Question, measure_question, rephrase
-from goalscope.datasets import Case
-from goalscope.domains import (
+from goalscope.agent.settings import (
     Domain,
     Settings,
     load_domain,
@@ -21,15 +18,18 @@ from goalscope.domains import (
     profile_named,
     settings_of,
 )
+from goalscope.base.types import Goal, GoalscopeError, InvalidInputError, Turn
+from goalscope.datasets import Case
 from goalscope.envs.grocery import GroceryShop
+from goalscope.experiment.dialogue_scores import measure_dialogue, measure_evidence
 from goalscope.experiment.identity import hashes_of, identity_of, opened, person_of
-from goalscope.judge import JUDGE_TEMPERATURE, judge
+from goalscope.experiment.judge import JUDGE_TEMPERATURE, judge
+from goalscope.experiment.multiple_choice import Question, measure_question, rephrase
 from goalscope.models import OpenModel
 from goalscope.models.opening import MODEL_KEYS, forget
-from goalscope.rounds_json import round_to_json
-from goalscope.session import Session
-from goalscope.store import Store
-from goalscope.types import Goal, GoalscopeError, InvalidInputError, Turn
+from goalscope.storage.round_json import round_to_json
+from goalscope.storage.session import Session
+from goalscope.storage.store import Store
 
 __all__ = ["measure", "perform"]
 

@@ -11,9 +11,9 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, cast
 
-from goalscope.benchmarks.reading import Line, line_from_json, read_rows
-from goalscope.occasions import Occasion, occasion_from_json
-from goalscope.types import InvalidInputError, Turn
+from goalscope.base.types import InvalidInputError, Turn
+from goalscope.envs.scenarios import Scenario, scenario_from_json
+from goalscope.experiment.reading_scores import Line, line_from_json, read_rows
 
 __all__ = ["Entry", "Talk", "corpus_facts", "read_entries"]
 
@@ -41,10 +41,10 @@ class Talk:
     question: str
 
 
-Entry = Line | Talk | Occasion
+Entry = Line | Talk | Scenario
 """A line of a corpus."""
 
-_KINDS = {Line: "messages", Talk: "points of talks", Occasion: "occasions"}
+_KINDS = {Line: "messages", Talk: "points of talks", Scenario: "occasions"}
 
 
 def read_entries(path: Path) -> list[Entry]:
@@ -57,7 +57,7 @@ def read_entries(path: Path) -> list[Entry]:
         InvalidInputError: There are none, or a line is invalid; the message says which and why.
     """
     found = read_rows(path, _entries)
-    recipes = [each for each in found if isinstance(each, Occasion) and not each.said]
+    recipes = [each for each in found if isinstance(each, Scenario) and not each.said]
     if len(recipes) > _RECIPES:
         left_out = {each.id for each in random.Random(1).sample(recipes, len(recipes) - _RECIPES)}
         found = [each for each in found if each.id not in left_out]
@@ -86,7 +86,7 @@ def _entries(data: object, number: int) -> list[Entry]:
     if "orders" in each:
         return [line_from_json(each)]
     if "needed" in each:
-        return [occasion_from_json(each)]
+        return [scenario_from_json(each)]
     if "goals" not in each:
         raise InvalidInputError("a line must have 'orders', 'goals' or 'needed'")
     turns = tuple(Turn(str(turn["query"]), str(turn["utterance"])) for turn in each["turns"])
@@ -119,7 +119,7 @@ _LONGEST = 3  # words of an ingredient
 _AT_HOME = ("water", "salt", "ice")
 
 
-def _recipe(data: Mapping[str, Any], number: int) -> list[Occasion]:
+def _recipe(data: Mapping[str, Any], number: int) -> list[Scenario]:
     """The occasion to make a dish; None if too few of its ingredients are recognised."""
     title = re.sub(r"\([^)]*\)|[^\w\s'&-]|\b[IVX]+$", "", str(data.get("title", ""))).strip()
     found: dict[str, None] = {}
@@ -131,4 +131,4 @@ def _recipe(data: Mapping[str, Any], number: int) -> list[Occasion]:
         found.pop(each, None)
     if not 3 <= len(found) <= 14 or not 2 <= len(title.split()) <= 7:
         return []
-    return [Occasion(f"recipe-{number}", "grocery", f"make {title.lower()}", (), tuple(found))]
+    return [Scenario(f"recipe-{number}", "grocery", f"make {title.lower()}", (), tuple(found))]

@@ -11,14 +11,14 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from goalscope.calibration import DEFAULT
+from goalscope.base.optional_packages import package
+from goalscope.base.stats import auroc
+from goalscope.base.types import UNSPECIFIED, GoalscopeError
+from goalscope.belief.calibration import DEFAULT
 from goalscope.datasets import Case
 from goalscope.datasets.goal_sets import chance
-from goalscope.extras import package
 from goalscope.fitting.learner import Example, Learner
 from goalscope.fitting.training import KEPT, Training, diverged
-from goalscope.stats import auroc
-from goalscope.types import UNSPECIFIED, GoalscopeError
 
 __all__ = ["Fit", "Progress", "Settings", "Validation"]
 

@@ -13,12 +13,12 @@ from typing import Any
 
 import numpy as np
 
-from goalscope.extras import package
-from goalscope.likelihood import RolePlay
+from goalscope.base.optional_packages import package
+from goalscope.base.types import Goal, GoalscopeError, ModelError, Turn
+from goalscope.belief.likelihood import RolePlay
 from goalscope.models.adapters import ARCHITECTURES, MODULES, Adapter
-from goalscope.models.transformers import Transformers
-from goalscope.models.trie import Trie
-from goalscope.types import Goal, GoalscopeError, ModelError, Turn
+from goalscope.models.llama.trie import Trie
+from goalscope.models.torch.model import Transformers
 
 __all__ = ["Example", "Learner"]
 

@@ -13,16 +13,7 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 
-from goalscope.benchmarks.reading import Language, Line
-from goalscope.fitting.corpus import Entry, Talk
-from goalscope.models import Generator
-from goalscope.occasions import Nearest, Occasion
-from goalscope.orders import Order, speaks, words_of
-from goalscope.reader import Exchange, Reader
-from goalscope.standing import acting
-from goalscope.types import Message
-from goalscope.words import singulars
-from goalscope.writer import (
+from goalscope.agent.writer import (
     JUDGEMENTS,
     LIKE,
     NOTHING,
@@ -31,6 +22,15 @@ from goalscope.writer import (
     needs_written,
     question_prompt,
 )
+from goalscope.base.nouns import singulars
+from goalscope.base.types import Message
+from goalscope.envs.scenarios import Nearest, Scenario
+from goalscope.experiment.reading_scores import Language, Line
+from goalscope.fitting.corpus import Entry, Talk
+from goalscope.language.dialogue_state import acting
+from goalscope.language.orders import Order, speaks, words_of
+from goalscope.language.reader import Reader, ReadExample
+from goalscope.models import Generator
 
 __all__ = ["Draw", "Lesson", "lessons_of"]
 
@@ -76,8 +76,8 @@ def lessons_of(
     """
     lines = [each for each in found if isinstance(each, Line)]
     talks = [each for each in found if isinstance(each, Talk)]
-    needs = [each for each in found if isinstance(each, Occasion)]
-    shown = {each.id: each for each in known if isinstance(each, Occasion) and each.said}
+    needs = [each for each in found if isinstance(each, Scenario)]
+    shown = {each.id: each for each in known if isinstance(each, Scenario) and each.said}
     return [
         *_reading_lessons(lines, model, languages),
         *(partial(_talk_lessons, talk, _task(talk.domain, languages)) for talk in talks),
@@ -102,7 +102,7 @@ def _talk_lessons(talk: Talk, task: str, draw: random.Random) -> list[Lesson]:
     ]
 
 
-def _need_lessons(occasions: Sequence[Occasion], known: Sequence[Occasion]) -> list[Draw]:
+def _need_lessons(occasions: Sequence[Scenario], known: Sequence[Scenario]) -> list[Draw]:
     """Lessons on what aims need, with the nearest occasions in the prompt."""
     found: list[Draw] = []
     nearest: dict[str, Nearest] = {}
@@ -119,7 +119,7 @@ def _need_lessons(occasions: Sequence[Occasion], known: Sequence[Occasion]) -> l
 
 
 def _need_lesson(
-    each: Occasion, nearest: Nearest, things: Sequence[str], draw: random.Random
+    each: Scenario, nearest: Nearest, things: Sequence[str], draw: random.Random
 ) -> list[Lesson]:
     said = draw.choice(each.said) if each.said and draw.random() < 0.8 else ""
     aim = each.aim if not said or draw.random() < 0.75 else ""
@@ -135,7 +135,7 @@ def _need_lesson(
 
 
 def _judgements(
-    each: Occasion, like: Sequence[Occasion], things: Sequence[str], draw: random.Random
+    each: Scenario, like: Sequence[Scenario], things: Sequence[str], draw: random.Random
 ) -> Iterator[tuple[str, str]]:
     """Things, and how an aim needs them."""
     needed, nice, unwanted = JUDGEMENTS
@@ -173,12 +173,12 @@ def _reading_lessons(
 def _reading_lesson(
     conversation: Conversation, recombine: Recombining, reader: Reader, draw: random.Random
 ) -> list[Lesson]:
-    before: list[Exchange] = []
+    before: list[ReadExample] = []
     found: list[Lesson] = []
     for line in recombine(conversation, draw):
         prompt = reader.prompt(line.message, question=line.question, before=before)
         found.append(Lesson("reading", prompt, reader.written(line.orders)))
-        before.append(Exchange(line.question, line.message, line.orders))
+        before.append(ReadExample(line.question, line.message, line.orders))
     return found
 
 

@@ -15,13 +15,14 @@ from typing import Any
 from jinja2 import StrictUndefined
 from jinja2.sandbox import SandboxedEnvironment
 
+from goalscope.base.types import InvalidInputError, Message
+from goalscope.belief.likelihood import GOAL_TOKENS, Layout, RolePlay
 from goalscope.datasets import Case, said_key
 from goalscope.datasets.goal_sets import goal_key
 from goalscope.fitting.fit import Fit, Progress, Settings
 from goalscope.fitting.learner import Learner
 from goalscope.fitting.sources import Source, digest_of, parted
 from goalscope.fitting.training import check_folder, locked, writing_to
-from goalscope.likelihood import GOAL_TOKENS, Layout, RolePlay
 from goalscope.models.adapters import (
     FITTED_DIALOGUES,
     FITTED_GOALS,
@@ -31,8 +32,7 @@ from goalscope.models.adapters import (
     read_adapter,
     write_adapter,
 )
-from goalscope.models.transformers import Transformers
-from goalscope.types import InvalidInputError, Message
+from goalscope.models.torch.model import Transformers
 
 __all__ = ["Plan"]
 

@@ -10,10 +10,10 @@ from dataclasses import dataclass, replace
 from itertools import chain, zip_longest
 from pathlib import Path
 
+from goalscope.base.inputs import nearest, shown
+from goalscope.base.types import InvalidInputError
 from goalscope.datasets import DATASETS, Case, data_folder, load, read_cases, said_key
 from goalscope.datasets.goal_sets import chance, goal_key
-from goalscope.inputs import nearest, shown
-from goalscope.types import InvalidInputError
 
 __all__ = ["Source", "digest_of", "parted", "read_source"]
 

@@ -12,9 +12,9 @@ from typing import Any
 
 from filelock import FileLock, Timeout
 
-from goalscope.extras import package
+from goalscope.base.optional_packages import package
+from goalscope.base.types import GoalscopeError, InvalidInputError
 from goalscope.fitting.learner import Learner
-from goalscope.types import GoalscopeError, InvalidInputError
 
 __all__ = ["KEPT", "Training", "check_folder", "diverged", "locked", "writing_to"]
 

@@ -12,14 +12,14 @@ from typing import Any
 
 import numpy as np
 
-from goalscope.extras import package
+from goalscope.base.optional_packages import package
+from goalscope.belief.likelihood import RolePlay
 from goalscope.fitting.learner import Learner
 from goalscope.fitting.lessons import Draw, Lesson
 from goalscope.fitting.training import KEPT, Training, locked, writing_to
-from goalscope.likelihood import RolePlay
 from goalscope.models.adapters import FITTED_SOURCES, FITTED_TASK, read_adapter, write_adapter
-from goalscope.models.transformers import Transformers
-from goalscope.models.trie import Trie
+from goalscope.models.llama.trie import Trie
+from goalscope.models.torch.model import Transformers
 
 __all__ = ["WritingSettings", "fit_writing"]
 

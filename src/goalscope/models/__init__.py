@@ -9,7 +9,7 @@ from typing import Any, Protocol
 import numpy as np
 import numpy.typing as npt
 
-from goalscope.types import Message, UnreadableAnswerError
+from goalscope.base.types import Message, UnreadableAnswerError
 
 __all__ = [
     "CLOSED",

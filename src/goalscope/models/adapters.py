@@ -13,8 +13,8 @@ import gguf
 import numpy as np
 import numpy.typing as npt
 
-from goalscope.models.copies import GGUF
-from goalscope.types import ModelError
+from goalscope.base.types import ModelError
+from goalscope.models.llama.copies import GGUF
 
 __all__ = [
     "FITTED_DIALOGUES",

@@ -15,8 +15,8 @@ from typing import Any, cast
 
 import numpy as np
 
+from goalscope.base.types import GoalscopeError, InvalidInputError, Message
 from goalscope.models import Array, Completion, OpenGenerator, OpenModel, OpenScorer
-from goalscope.types import GoalscopeError, InvalidInputError, Message
 
 __all__ = ["CachedModel"]
 

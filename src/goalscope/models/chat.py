@@ -15,8 +15,8 @@ from jinja2.nodes import Node, Scope
 from jinja2.parser import Parser
 from jinja2.sandbox import ImmutableSandboxedEnvironment
 
+from goalscope.base.types import InvalidInputError, Message, ModelError
 from goalscope.models.reasoning import closed, marks_thought
-from goalscope.types import InvalidInputError, Message, ModelError
 
 __all__ = ["ChatTemplate", "ChatTokenizer", "Decode", "Encode"]
 

@@ -6,12 +6,12 @@ import json
 import time
 from typing import Any
 
+from goalscope.base.types import GoalscopeError, Message
 from goalscope.models import OpenModel
 from goalscope.models.adapters import NO_ADAPTER
 from goalscope.models.local import LocalModel
 from goalscope.models.opening import parts
 from goalscope.models.scoring import TokenScorer
-from goalscope.types import GoalscopeError, Message
 
 __all__ = ["check"]
 

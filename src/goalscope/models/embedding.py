@@ -16,7 +16,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from goalscope.places import user_cache
+from goalscope.base.user_dirs import user_cache
 
 __all__ = ["embedded", "embedded_once"]
 

@@ -10,9 +10,9 @@ from pathlib import Path
 from threading import Lock
 from typing import Any, cast
 
-from goalscope.extras import package
+from goalscope.base.optional_packages import package
+from goalscope.base.types import ModelError
 from goalscope.models.chat import ChatTokenizer
-from goalscope.types import ModelError
 
 __all__ = ["chat_tokenizer", "tokenizer_file"]
 

@@ -5,8 +5,8 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Any
 
-from goalscope.extras import package
-from goalscope.types import InvalidInputError, ModelError
+from goalscope.base.optional_packages import package
+from goalscope.base.types import InvalidInputError, ModelError
 
 __all__ = ["pull", "pulled_files"]
 

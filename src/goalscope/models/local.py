@@ -12,10 +12,10 @@ from typing import Any, TypeVar, cast
 
 import numpy as np
 
+from goalscope.base.types import Message, ModelError
 from goalscope.models import CLOSED, Array, Completion, unfinished_json
-from goalscope.models.native import Weights
-from goalscope.models.reasoning import answer_of, opens_thought
-from goalscope.models.sampling import (
+from goalscope.models.llama.native import Weights
+from goalscope.models.llama.sampling import (
     Grammar,
     LlamaGrammar,
     LLGuidanceGrammar,
@@ -24,8 +24,8 @@ from goalscope.models.sampling import (
     gguf_vocabulary,
     log_prob,
 )
+from goalscope.models.reasoning import answer_of, opens_thought
 from goalscope.models.scoring import TokenScorer
-from goalscope.types import Message, ModelError
 
 __all__ = ["LocalModel", "synchronized"]
 

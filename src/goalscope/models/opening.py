@@ -10,13 +10,13 @@ from functools import cache, partial
 from pathlib import Path
 from typing import Any, cast
 
+from goalscope.base.types import InvalidInputError, Message, ModelError
 from goalscope.models import Array, Completion, OpenGenerator, OpenModel, OpenScorer
 from goalscope.models.adapters import FITTED_TASK, NO_ADAPTER, adapter_file, shipped
 from goalscope.models.cache import CachedModel
 from goalscope.models.chat import ChatTokenizer
-from goalscope.types import InvalidInputError, Message, ModelError
 
-__all__ = ["MODEL_KEYS", "TwoModels"]
+__all__ = ["MODEL_KEYS", "ModelSet"]
 __all__ += ["forget", "model_label", "open_model", "open_reader", "parts", "unmeasured"]
 
 MODEL_KEYS = ("model", "generator", "scorer", "tokenizer", "adapter")
@@ -25,7 +25,7 @@ MODEL_KEYS = ("model", "generator", "scorer", "tokenizer", "adapter")
 _ADAPTER_FILE = r"[/\\]adapter\.gguf$"  # says less than the folder's name
 
 
-class TwoModels:
+class ModelSet:
     """A model that writes combined with one that scores (the paper's GPT-4o-mini and Llama 3).
 
     A text fits if it fits both.
@@ -140,8 +140,8 @@ class TwoModels:
 
 def unmeasured(names: Mapping[str, str | None]) -> bool:
     """Whether `open_model` with these `MODEL_KEYS` would first measure a file for a minute."""
-    from goalscope.models.llamacpp import embedded_path, processors
-    from goalscope.models.tune import waits
+    from goalscope.models.llama.model import embedded_path, processors
+    from goalscope.models.llama.tune import waits
 
     used = {names.get(key) or names.get("model") for key in ("generator", "scorer")}
     files = (Path(name) if name else embedded_path() for name in used)
@@ -151,7 +151,7 @@ def unmeasured(names: Mapping[str, str | None]) -> bool:
 def parts(model: OpenModel) -> tuple[OpenGenerator, OpenScorer]:
     """What writes and what scores the words of people, without any cache around them."""
     writer, scorer = (
-        (model.generator, model.speaker) if isinstance(model, TwoModels) else (model, model)
+        (model.generator, model.speaker) if isinstance(model, ModelSet) else (model, model)
     )
     return (
         writer.model if isinstance(writer, CachedModel) else writer,
@@ -165,7 +165,7 @@ def forget(model: object) -> None:
     The state of the cache decides which tokens are computed together, and so how sums are rounded:
     with 8-bit and 16-bit weights, log-probabilities vary by up to 0.1 nat.
     """
-    if isinstance(model, TwoModels):
+    if isinstance(model, ModelSet):
         for part in model.parts:
             forget(part)
     elif isinstance(model, CachedModel):
@@ -210,7 +210,7 @@ def open_model(
         scorer: Scores, if not `model`.
         tokenizer: GGUF file, folder or hub name of a served model's tokenizer; by default, that of
             the model path that the server reports.
-        adapter: GGUF file or folder of a LoRA adapter for scoring utterances (`TwoModels.speaker`).
+        adapter: GGUF file or folder of a LoRA adapter for scoring utterances (`ModelSet.speaker`).
             "none" for none; by default, the one that ships with goalscope if the embedded model
             scores. (For reading, the embedded model always uses its own adapter.)
         calls: Cache file for all calls and answers; see `CachedModel`.
@@ -254,7 +254,7 @@ def open_model(
         result = (
             writing
             if speaking is writing and not reading
-            else TwoModels(
+            else ModelSet(
                 writing,
                 scoring,
                 speaker=speaking,
@@ -351,7 +351,7 @@ def _local(
 ) -> OpenModel:
     text = str(name or "")
     if text.startswith("hf:") or os.path.isfile(Path(text, "config.json")):
-        from goalscope.models.transformers import Transformers
+        from goalscope.models.torch.model import Transformers
 
         return Transformers(text.removeprefix("hf:"), adapter=adapter)
     if text and os.path.isdir(text):
@@ -360,21 +360,21 @@ def _local(
             f"The folder {text} has no config.json, so it is not a Transformers model. Name a "
             f"GGUF file instead; {f'it contains {files}' if files else 'it contains none'}."
         )
-    from goalscope.models.llamacpp import LlamaCpp
+    from goalscope.models.llama.model import LlamaCpp
 
     return LlamaCpp(name, adapter=adapter, merge=merge, report=report, measure=measure)
 
 
 def _served_generator(address: str, tokenizer: str | Path | None) -> OpenGenerator:
-    from goalscope.models.http import Server
-    from goalscope.models.served_generator import ServedGenerator
+    from goalscope.models.served.client import Server
+    from goalscope.models.served.generator import ServedGenerator
 
     return ServedGenerator(Server(address), _tokenizer(str(tokenizer)) if tokenizer else None)
 
 
 def _served_scorer(address: str, tokenizer: str | Path | None) -> OpenScorer:
-    from goalscope.models.http import Server
-    from goalscope.models.served_scorer import ServedScorer
+    from goalscope.models.served.client import Server
+    from goalscope.models.served.scorer import ServedScorer
 
     server = Server(address)
     try:
@@ -401,7 +401,7 @@ def _served_scorer(address: str, tokenizer: str | Path | None) -> OpenScorer:
 
 def _tokenizer(name: str) -> ChatTokenizer:
     if name.endswith(".gguf"):
-        from goalscope.models.native import Weights
+        from goalscope.models.llama.native import Weights
 
         return Weights(Path(name), vocabulary_only=True).chat_tokenizer()
     from goalscope.models.hf_tokenizer import chat_tokenizer

@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 from typing import NamedTuple
 
-from goalscope.types import ModelError
+from goalscope.base.types import ModelError
 
 __all__ = ["answer_of", "begins_in_thought", "closed", "marks_thought", "only_reasoned"]
 __all__ += ["opens_thought"]

@@ -9,10 +9,10 @@ from typing import Any, NamedTuple, cast
 
 import numpy as np
 
+from goalscope.base.types import Message, ModelError
 from goalscope.models import Array, LikelihoodModel, model_name
 from goalscope.models.chat import ChatTokenizer
 from goalscope.models.reasoning import opens_thought
-from goalscope.types import Message, ModelError
 
 __all__ = ["LEAST", "Pair", "SelfTest", "TokenScorer", "are_logprobs", "logprobs_of"]
 

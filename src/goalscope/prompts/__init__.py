@@ -16,8 +16,8 @@ from typing import Any, cast
 from jinja2 import StrictUndefined, Template
 from jinja2.sandbox import SandboxedEnvironment
 
+from goalscope.base.types import Message, Turn
 from goalscope.models import LanguageModel
-from goalscope.types import Message, Turn
 
 __all__ = ["recent", "render", "transcript"]
 

@@ -8,10 +8,10 @@ from dataclasses import dataclass
 from pathlib import Path
 from urllib.parse import quote
 
+from goalscope.base.types import InvalidInputError
 from goalscope.experiment.summary import Table, markdown_text
 from goalscope.report.overview import summary_of
 from goalscope.report.sections import Section, sections_of, unique
-from goalscope.types import InvalidInputError
 
 __all__ = ["Report", "Section", "read_report", "write_report"]
 

@@ -10,9 +10,9 @@ from dataclasses import dataclass
 from textwrap import wrap
 from typing import Any
 
-from goalscope.extras import package
-from goalscope.safe_text import terminal_safe
-from goalscope.types import GoalscopeError
+from goalscope.base.optional_packages import package
+from goalscope.base.text import terminal_safe
+from goalscope.base.types import GoalscopeError
 
 __all__ = [
     "COLOURS",

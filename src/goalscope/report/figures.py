@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 
+from goalscope.base.stats import Interval, Reliability, proportion
 from goalscope.experiment.changes import read_changes
 from goalscope.experiment.dialogues import (
     after_turn,
@@ -29,7 +30,6 @@ from goalscope.experiment.results import Cell
 from goalscope.experiment.summary import Estimate, Row, Sample, mean_of
 from goalscope.report.drawing import COLOURS, INK, MARKERS, Figure, draw_figure, wrapped
 from goalscope.report.methods import ablation_figure, method_figures
-from goalscope.stats import Interval, Reliability, proportion
 
 __all__ = ["Figure", "accuracy_figure", "figures_of", "truth_figure"]
 

@@ -9,6 +9,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import cast
 
+from goalscope.base.text import model_shown
+from goalscope.base.types import GoalscopeError, InvalidInputError, pluralize
 from goalscope.experiment.beliefs import belief_table
 from goalscope.experiment.episodes import DEFAULTS
 from goalscope.experiment.results import Cell, Results
@@ -17,10 +19,8 @@ from goalscope.experiment.tables import first_attempts, tables_of, warnings_of
 from goalscope.models.opening import model_label
 from goalscope.report.drawing import Figure
 from goalscope.report.figures import figures_of
-from goalscope.safe_text import model_shown
 from goalscope.study.store import StudyStore
 from goalscope.study.summary import study_tables
-from goalscope.types import GoalscopeError, InvalidInputError, pluralize
 
 __all__ = ["Section", "sections_of", "unique"]
 

@@ -7,7 +7,9 @@ from contextlib import suppress
 from dataclasses import dataclass
 from typing import Any, get_args
 
-from goalscope.domains import (
+from goalscope.agent.planner import undo
+from goalscope.agent.round import Round
+from goalscope.agent.settings import (
     Domain,
     Settings,
     open_environment,
@@ -15,14 +17,12 @@ from goalscope.domains import (
     profile_named,
     settings_of,
 )
+from goalscope.base.types import GoalscopeError, InvalidInputError, Profile, Turn
 from goalscope.envs.house import HomeRobot
 from goalscope.envs.house.finding import kinds_in
 from goalscope.envs.house.view import View, readable, the
-from goalscope.episode import Round
-from goalscope.policy import undo
-from goalscope.store import EpisodeInfo, Store
+from goalscope.storage.store import EpisodeInfo, Store
 from goalscope.study.plan import Plan
-from goalscope.types import GoalscopeError, InvalidInputError, Profile, Turn
 
 __all__ = ["Item", "chosen_episodes", "item_of"]
 

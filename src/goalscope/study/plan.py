@@ -8,10 +8,10 @@ from dataclasses import MISSING, dataclass, fields
 from pathlib import Path
 from typing import Any, get_args
 
-from goalscope.agent import Method
-from goalscope.domains import Domain
-from goalscope.inputs import is_list, nearest, read_table, refuse_unknown, shown
-from goalscope.types import InvalidInputError
+from goalscope.agent.agent import Method
+from goalscope.agent.settings import Domain
+from goalscope.base.inputs import is_list, nearest, read_table, refuse_unknown, shown
+from goalscope.base.types import InvalidInputError
 
 __all__ = ["BEST", "Plan", "plan_of", "read_plan"]
 

@@ -12,13 +12,13 @@ from typing import Any
 from sqlalchemy import ColumnElement, Connection, Row, Select, and_, or_, select
 from sqlalchemy.exc import IntegrityError
 
-from goalscope.database.tables import ANSWERS, ITEMS, PARTICIPANTS, STUDIES
-from goalscope.inputs import nearest
-from goalscope.rounds_json import dumps
-from goalscope.store import Store
+from goalscope.base.inputs import nearest
+from goalscope.base.types import ConflictError, InvalidInputError, Turn
+from goalscope.storage.round_json import dumps
+from goalscope.storage.store import Store
+from goalscope.storage.tables import ANSWERS, ITEMS, PARTICIPANTS, STUDIES
 from goalscope.study.items import Item, chosen_episodes, item_of
 from goalscope.study.plan import BEST, Plan, plan_of
-from goalscope.types import ConflictError, InvalidInputError, Turn
 
 __all__ = ["Answer", "Participant", "Study", "StudyStore", "assigned"]
 

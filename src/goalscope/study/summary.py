@@ -12,7 +12,8 @@ import numpy as np
 import numpy.typing as npt
 from sqlalchemy import select
 
-from goalscope.database.tables import CELLS
+from goalscope.base.stats import RESAMPLES, Interval, pooled_sd_of_mean
+from goalscope.base.text import model_shown
 from goalscope.experiment.episodes import JUDGE_NOTES, Reading, evaluator_of, reading_of
 from goalscope.experiment.summary import (
     Entry,
@@ -26,9 +27,8 @@ from goalscope.experiment.summary import (
     mean,
     percent,
 )
-from goalscope.safe_text import model_shown
-from goalscope.stats import RESAMPLES, Interval, pooled_sd_of_mean
-from goalscope.store import EpisodeInfo, Store
+from goalscope.storage.store import EpisodeInfo, Store
+from goalscope.storage.tables import CELLS
 from goalscope.study.plan import BEST
 from goalscope.study.store import Participant, Study, StudyStore
 

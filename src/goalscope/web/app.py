@@ -19,15 +19,16 @@ from fastapi.staticfiles import StaticFiles
 from pydantic import BaseModel
 from starlette.exceptions import HTTPException
 
-from goalscope.agent import Method
-from goalscope.belief import Belief
-from goalscope.domains import Domain, Settings, open_environment
+from goalscope.agent.agent import Method
+from goalscope.agent.settings import Domain, Settings, open_environment
+from goalscope.base.text import model_shown
+from goalscope.base.types import TRACKING, Goal, GoalscopeError, InvalidInputError, Message
+from goalscope.belief.belief import Belief
+from goalscope.belief.explain import reasons
 from goalscope.envs.house.simulator.scenes import known_scenes
 from goalscope.models import Model, model_name
-from goalscope.safe_text import model_shown
-from goalscope.store import EpisodeInfo, Store
-from goalscope.tracking import Trackers
-from goalscope.types import TRACKING, Goal, GoalscopeError, InvalidInputError, Message
+from goalscope.storage.store import EpisodeInfo, Store
+from goalscope.storage.tracking import Trackers
 from goalscope.web.conversations import Conversation, Conversations
 from goalscope.web.errors import ErrorBody, RequestBody, Route, error_response
 from goalscope.web.exports import as_html, room_picture
@@ -35,7 +36,6 @@ from goalscope.web.guard import CurrentVisitor, Visitor, visible_episode
 from goalscope.web.study import study_router
 from goalscope.web.tracking import NewCorrection, tracking_router
 from goalscope.web.views import EpisodeView, Live, StoredEpisode, Why
-from goalscope.why import reasons
 
 __all__ = ["create_app"]
 

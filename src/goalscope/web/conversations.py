@@ -14,19 +14,25 @@ from typing import Any, Literal, TypeVar
 
 from pydantic import BaseModel
 
-from goalscope.belief import Belief
-from goalscope.dialog import FALLBACK
-from goalscope.domains import Settings, open_environment
-from goalscope.likelihood import DEFAULT_LAYOUT, RolePlay
+from goalscope.agent.people import FALLBACK
+from goalscope.agent.settings import Settings, open_environment
+from goalscope.base.types import (
+    ConflictError,
+    Goal,
+    GoalscopeError,
+    InvalidInputError,
+    checked_text,
+)
+from goalscope.belief.belief import Belief
+from goalscope.belief.explain import word_evidence
+from goalscope.belief.goal_order import Ranking
+from goalscope.belief.likelihood import DEFAULT_LAYOUT, RolePlay
+from goalscope.belief.tracker import Correction
 from goalscope.models import Model
-from goalscope.ranking import Ranking
-from goalscope.session import Session, saved_settings
-from goalscope.store import EpisodeInfo, Store
-from goalscope.tracker import Correction
-from goalscope.types import ConflictError, Goal, GoalscopeError, InvalidInputError, checked_text
+from goalscope.storage.session import Session, saved_settings
+from goalscope.storage.store import EpisodeInfo, Store
 from goalscope.web.queue import ModelQueue
 from goalscope.web.views import BeliefView, ChangeView, Confirm, EpisodeView, Live, RoundView
-from goalscope.why import word_evidence
 
 __all__ = ["Conversation", "Conversations"]
 

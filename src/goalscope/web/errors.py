@@ -12,8 +12,8 @@ from fastapi.routing import APIRoute
 from pydantic import BaseModel, ConfigDict
 from starlette.exceptions import HTTPException
 
-from goalscope.inputs import RepeatedKeyError, parse_json
-from goalscope.types import ConflictError, InvalidInputError
+from goalscope.base.inputs import RepeatedKeyError, parse_json
+from goalscope.base.types import ConflictError, InvalidInputError
 
 __all__ = ["ErrorBody", "RequestBody", "Route", "error_response"]
 

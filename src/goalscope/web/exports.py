@@ -14,13 +14,12 @@ from jinja2 import Environment as Templates
 from jinja2 import PackageLoader, StrictUndefined
 from markupsafe import Markup
 
-from goalscope.domains import Domain, open_environment, profile_named, settings_of
-from goalscope.episode import Round
-from goalscope.invisible import FORMAT, without_invisible
-from goalscope.policy import undo
-from goalscope.safe_text import domain_shown, model_shown
-from goalscope.store import EpisodeInfo
-from goalscope.types import TRACKING, GoalscopeError, InvalidInputError, pluralize
+from goalscope.agent.planner import undo
+from goalscope.agent.round import Round
+from goalscope.agent.settings import Domain, open_environment, profile_named, settings_of
+from goalscope.base.text import FORMAT, domain_shown, model_shown, without_invisible
+from goalscope.base.types import TRACKING, GoalscopeError, InvalidInputError, pluralize
+from goalscope.storage.store import EpisodeInfo
 from goalscope.web.views import BeliefView, GoalView, StoredEpisode
 
 __all__ = ["Ribbon", "as_html", "ribbons", "room_picture"]

@@ -15,8 +15,8 @@ from starlette.exceptions import HTTPException
 from starlette.responses import RedirectResponse
 from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
-from goalscope.store import EpisodeInfo, Store
-from goalscope.types import InvalidInputError
+from goalscope.base.types import InvalidInputError
+from goalscope.storage.store import EpisodeInfo, Store
 from goalscope.web.errors import error_response
 
 __all__ = ["CurrentVisitor", "Guard", "Visitor", "not_found", "visible_episode"]

@@ -11,11 +11,11 @@ from fastapi import APIRouter, Depends, HTTPException, Path, Query
 from fastapi.responses import FileResponse
 from pydantic import BaseModel, Field
 
-from goalscope.invisible import without_invisible
-from goalscope.store import Store
+from goalscope.base.text import without_invisible
+from goalscope.base.types import InvalidInputError, Turn
+from goalscope.storage.store import Store
 from goalscope.study.plan import BEST
 from goalscope.study.store import Participant, Study, StudyStore
-from goalscope.types import InvalidInputError, Turn
 from goalscope.web.errors import RequestBody, Route
 from goalscope.web.guard import CurrentVisitor
 

@@ -10,10 +10,10 @@ from typing import Annotated
 from fastapi import APIRouter, HTTPException, Path, Query
 from pydantic import BaseModel, Field
 
-from goalscope.store import EpisodeInfo, Store
-from goalscope.tracker import Correction
-from goalscope.tracking import Tracked, Trackers
-from goalscope.types import TRACKING
+from goalscope.base.types import TRACKING
+from goalscope.belief.tracker import Correction
+from goalscope.storage.store import EpisodeInfo, Store
+from goalscope.storage.tracking import Tracked, Trackers
 from goalscope.web.errors import RequestBody, Route
 from goalscope.web.guard import CurrentVisitor, Visitor, not_found, visible_episode
 from goalscope.web.queue import ModelQueue

@@ -8,18 +8,18 @@ from typing import Literal
 
 from pydantic import BaseModel
 
-from goalscope import belief as beliefs
-from goalscope import episode as episodes
-from goalscope.advice import Advice
-from goalscope.agent import NO_GOAL
-from goalscope.dialog import AGREES, DECLINES
-from goalscope.display import order_in_words
-from goalscope.ranking import Ranking
-from goalscope.safe_text import model_shown
-from goalscope.store import EpisodeInfo
-from goalscope.tracking import Tracked
-from goalscope.types import UNSPECIFIED, Goal, GoalChange, StepResult
-from goalscope.why import Reason, in_words
+from goalscope.agent import round as episodes
+from goalscope.agent.agent import NO_GOAL
+from goalscope.agent.people import AGREES, DECLINES
+from goalscope.base.text import model_shown
+from goalscope.base.types import UNSPECIFIED, Goal, GoalChange, StepResult
+from goalscope.belief import belief as beliefs
+from goalscope.belief.advice import Advice
+from goalscope.belief.explain import Reason, in_words
+from goalscope.belief.goal_order import Ranking
+from goalscope.cli.display import order_in_words
+from goalscope.storage.store import EpisodeInfo
+from goalscope.storage.tracking import Tracked
 
 __all__ = [
     "ActionView",
@@ -314,5 +314,5 @@ class Why(BaseModel):
 
     @classmethod
     def of(cls, goal: Goal, reasons: Sequence[Reason]) -> Why:
-        """The view of reasons from `goalscope.why`."""
+        """The view of reasons from `goalscope.belief.explain`."""
         return cls(goal=goal.text, reasons=[*reasons])

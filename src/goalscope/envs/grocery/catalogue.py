@@ -12,9 +12,9 @@ from decimal import Decimal
 from importlib.resources import files
 from pathlib import Path
 
-from goalscope.amounts import Money, codes_of, decimal_mark, price, printed, same_currency
-from goalscope.invisible import without_invisible
-from goalscope.types import InvalidInputError
+from goalscope.base.text import without_invisible
+from goalscope.base.types import InvalidInputError
+from goalscope.language.amounts import Money, codes_of, decimal_mark, price, printed, same_currency
 
 __all__ = ["Catalogue", "Item"]
 

@@ -9,15 +9,15 @@ from dataclasses import replace
 from functools import cached_property
 from typing import Literal, NotRequired, TypedDict
 
-from goalscope.amounts import figures, is_currency, word_value
+from goalscope.base.nouns import contains, head_nouns, names, singular, singulars, words
+from goalscope.base.text import plain
 from goalscope.envs.grocery.catalogue import Catalogue, Item
 from goalscope.envs.grocery.dietary import Bounds, bounds_of, labelled, labelled_in
 from goalscope.envs.grocery.diets import DIETS, finder
 from goalscope.envs.grocery.search import WORDS, Search
-from goalscope.orders import Order
-from goalscope.plain_text import plain
-from goalscope.standing import Standing
-from goalscope.words import contains, head_nouns, names, singular, singulars, words
+from goalscope.language.amounts import figures, is_currency, word_value
+from goalscope.language.dialogue_state import DialogueState
+from goalscope.language.orders import Order
 
 __all__ = ["MOST", "Choice", "packages", "without_percentage"]
 
@@ -122,7 +122,7 @@ class Choice:
         self._tags = {tag for item in catalogue.items for tag in item.tags} | {*DIETS}
         self._search = search
 
-    def bounds(self, standing: Standing) -> Bounds:
+    def bounds(self, standing: DialogueState) -> Bounds:
         """The bounds that the limits of a dialogue come to here."""
         return bounds_of(standing, self._labels if standing.limits else frozenset())
 

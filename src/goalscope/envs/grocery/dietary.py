@@ -13,6 +13,7 @@ from decimal import Decimal
 from functools import lru_cache
 from typing import Literal
 
+from goalscope.base.nouns import contains
 from goalscope.envs.grocery.catalogue import Catalogue, Item
 from goalscope.envs.grocery.diets import (
     DIETS,
@@ -26,9 +27,8 @@ from goalscope.envs.grocery.diets import (
     read_label,
 )
 from goalscope.envs.grocery.natures import is_made, nature
-from goalscope.orders import Order
-from goalscope.standing import GRAVE, Standing
-from goalscope.words import contains
+from goalscope.language.dialogue_state import GRAVE, DialogueState
+from goalscope.language.orders import Order
 
 __all__ = [
     "Bounds",
@@ -206,7 +206,7 @@ def _listed(names: Sequence[str]) -> str:
     return ", ".join(names[:_NAMED]) + more
 
 
-def bounds_of(standing: Standing, labelled: frozenset[str] = frozenset()) -> Bounds:
+def bounds_of(standing: DialogueState, labelled: frozenset[str] = frozenset()) -> Bounds:
     """The bounds that the limits of a dialogue come to in a shop that labels some restrictions."""
     diets, some, grave = set[str](), set[str](), set[str]()
     refused: list[str] = []

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 from functools import cache, lru_cache
 from importlib.resources import files
 
-from goalscope.words import singulars
+from goalscope.base.nouns import singulars
 
 __all__ = [
     "DIETS",

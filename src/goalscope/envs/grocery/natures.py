@@ -10,9 +10,9 @@ from typing import Literal
 import numpy as np
 import numpy.typing as npt
 
+from goalscope.base.nouns import head_words, singular, singulars
 from goalscope.envs.grocery.catalogue import Catalogue
 from goalscope.models.embedding import embedded
-from goalscope.words import head_words, singular, singulars
 
 __all__ = ["Nature", "is_made", "nature"]
 

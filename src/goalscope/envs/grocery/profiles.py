@@ -8,10 +8,10 @@ from importlib.resources import files
 from pathlib import Path
 from typing import Any
 
+from goalscope.base.inputs import is_list, read_profiles, refuse_unknown, shown
+from goalscope.base.nouns import contains, singulars
+from goalscope.base.types import InvalidInputError, Profile
 from goalscope.envs.grocery.catalogue import Item
-from goalscope.inputs import is_list, read_profiles, refuse_unknown, shown
-from goalscope.types import InvalidInputError, Profile
-from goalscope.words import contains, singulars
 
 __all__ = ["checks_met", "load_profiles", "unwanted"]
 

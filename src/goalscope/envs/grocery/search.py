@@ -12,10 +12,10 @@ from importlib.resources import files
 import numpy as np
 import numpy.typing as npt
 
+from goalscope.base.nouns import head_nouns, head_words, singular, singulars, words
 from goalscope.envs.grocery.catalogue import Catalogue, Item
+from goalscope.language.matcher import mended
 from goalscope.models.embedding import embedded
-from goalscope.picking import mended
-from goalscope.words import head_nouns, head_words, singular, singulars, words
 
 __all__ = ["WORDS", "Search"]
 

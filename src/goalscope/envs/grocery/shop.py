@@ -7,7 +7,8 @@ from dataclasses import replace
 from decimal import Decimal
 
 from goalscope import envs
-from goalscope.amounts import same_currency
+from goalscope.base.nouns import head_nouns, names, singulars
+from goalscope.base.types import Action, Profile, StepResult
 from goalscope.envs import Environment, Pick, Resolution
 from goalscope.envs.grocery.catalogue import Catalogue, Item
 from goalscope.envs.grocery.choosing import MOST, Choice, packages, without_percentage
@@ -15,12 +16,10 @@ from goalscope.envs.grocery.dietary import Bounds, diets_of, refusal
 from goalscope.envs.grocery.diets import diet_named
 from goalscope.envs.grocery.profiles import checks_met, unwanted
 from goalscope.envs.grocery.search import Search
-from goalscope.inputs import read_examples
-from goalscope.occasions import Occasion, shipped_occasions
-from goalscope.orders import Order, Verb
-from goalscope.standing import Standing
-from goalscope.types import Action, Profile, StepResult
-from goalscope.words import head_nouns, names, singulars
+from goalscope.envs.scenarios import Scenario, shipped_scenarios
+from goalscope.language.amounts import same_currency
+from goalscope.language.dialogue_state import DialogueState
+from goalscope.language.orders import Order, Verb, read_examples
 
 __all__ = ["NAMES", "GroceryShop"]
 
@@ -114,7 +113,7 @@ class GroceryShop(Environment):
         lines.append(f"Total: {self.catalogue.money(self.total)}")
         return "\n".join(lines)
 
-    def actions(self, name: str, standing: Standing) -> list[Action]:
+    def actions(self, name: str, standing: DialogueState) -> list[Action]:
         """Additions for a generic name that the basket does not cover yet, best first.
 
         Excludes what was ruled out, for whomever it was, what once left the basket, and what takes
@@ -142,11 +141,11 @@ class GroceryShop(Environment):
             return str(action)
         return heads[-1] if head_nouns(plain.name)[-1:] == heads[-1:] else str(action)
 
-    def like(self, text: str, most: int) -> list[Occasion]:
+    def like(self, text: str, most: int) -> list[Scenario]:
         """See `Environment.like`."""
-        return shipped_occasions("grocery")(text, most)
+        return shipped_scenarios("grocery")(text, most)
 
-    def resolve(self, order: Order, standing: Standing, pick: Pick) -> Resolution:
+    def resolve(self, order: Order, standing: DialogueState, pick: Pick) -> Resolution:
         """See `Environment.resolve`: limits remove violations."""
         if self._bought:
             return Resolution(why="The basket is bought already.")
@@ -175,7 +174,7 @@ class GroceryShop(Environment):
         """Whether the action is the purchase."""
         return action.name == "buy basket"
 
-    def undo(self, results: Sequence[StepResult], standing: Standing) -> Resolution:
+    def undo(self, results: Sequence[StepResult], standing: DialogueState) -> Resolution:
         """What takes out what `results` put in, and puts back what they took out.
 
         What is ruled out stays out.
@@ -196,7 +195,7 @@ class GroceryShop(Environment):
         steps = [_change(name, max(n, -held.get(name, 0))) for name, n in moved.items() if n]
         return Resolution(tuple(step for step in steps if step.quantity), " ".join(told))
 
-    def answer(self, order: Order, standing: Standing, pick: Pick) -> str:
+    def answer(self, order: Order, standing: DialogueState, pick: Pick) -> str:
         """The facts about a thing, such as its price and labels; by default, about the basket."""
         bounds = self._bounds(standing)
         about = " ".join(word for word in singulars(order.what) if word not in _WHOLE)
@@ -222,7 +221,7 @@ class GroceryShop(Environment):
         told.append(bounds.unknown(item for item, _ in self._contents()))
         return "\n".join(filter(None, told))
 
-    def caution(self, results: Sequence[StepResult], standing: Standing) -> str:
+    def caution(self, results: Sequence[StepResult], standing: DialogueState) -> str:
         """See `Environment.caution`: what came and is not known to fit the diets."""
         came = dict.fromkeys(each.action.target for each in results if each.ok)
         items = (item for item, _ in self._contents() if item.name in came)
@@ -262,7 +261,7 @@ class GroceryShop(Environment):
         """Items in the basket that no `must_have` of the profile asks for, and none is welcome."""
         return unwanted(profile, self._contents())
 
-    def _bounds(self, standing: Standing) -> Bounds:
+    def _bounds(self, standing: DialogueState) -> Bounds:
         """What binds the basket; a budget in another currency than the shop's does not."""
         bounds = self._choice.bounds(standing)
         unset = standing.budget and self._unset(standing.budget)
@@ -280,7 +279,7 @@ class GroceryShop(Environment):
             f"limit. Please say the most that it may cost in {shown}."
         )
 
-    def _add(self, order: Order, bounds: Bounds, standing: Standing) -> Resolution:
+    def _add(self, order: Order, bounds: Bounds, standing: DialogueState) -> Resolution:
         """More of a thing, or exactly so many of it; a guess counts towards what is asked for."""
         asked, item = order, self._choice.meant(order.what, bounds, self._basket)
         if item is None and order.quantity is None:
@@ -303,7 +302,7 @@ class GroceryShop(Environment):
         told = (over or note, "" if over else self._over(bounds, price))
         return Resolution((_change(item.name, room),) if room else (), " ".join(filter(None, told)))
 
-    def _is_guess(self, item: Item, order: Order, bounds: Bounds, standing: Standing) -> bool:
+    def _is_guess(self, item: Item, order: Order, bounds: Bounds, standing: DialogueState) -> bool:
         """Whether nobody has asked for an item before this order."""
         before = [*map(without_percentage, standing.asked)]
         if order in before:
@@ -327,7 +326,9 @@ class GroceryShop(Environment):
         out = (_change(item.name, -min(number, held)),) if number else ()
         return Resolution(out, "" if number else note)
 
-    def _swap(self, order: Order, bounds: Bounds, standing: Standing, pick: Pick) -> Resolution:
+    def _swap(
+        self, order: Order, bounds: Bounds, standing: DialogueState, pick: Pick
+    ) -> Resolution:
         """One thing for as many of another; where there is no such thing, the other comes."""
         coming = replace(order, unit="", **self._choice.counted(order.for_))
         item = self._choice.meant(coming.what, bounds, self._basket)
@@ -352,7 +353,7 @@ class GroceryShop(Environment):
         told = " ".join(filter(None, (missed, note)))
         return Resolution(tuple(each for each in moved if each.quantity), told)
 
-    def _bind(self, order: Order, bounds: Bounds, standing: Standing) -> Resolution:
+    def _bind(self, order: Order, bounds: Bounds, standing: DialogueState) -> Resolution:
         """What a limit takes out of the basket; what names and labels cannot tell is said.
 
         What only some people must not have stays where it was asked for, and a guess goes.

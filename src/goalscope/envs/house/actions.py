@@ -5,12 +5,12 @@ from __future__ import annotations
 from collections.abc import Collection, Iterator, Mapping, Sequence
 from typing import Any
 
+from goalscope.base.types import Action
 from goalscope.envs import Resolution
 from goalscope.envs.house.simulator.geometry import box_of, spots
 from goalscope.envs.house.simulator.object_types import ACTS, PREDICATES, SINGLE, object_type
 from goalscope.envs.house.simulator.state import is_whole
 from goalscope.envs.house.view import View, the
-from goalscope.types import Action
 
 __all__ = ["FILLS", "IRREVERSIBLE", "NAMES", "accepts", "cooks", "possible", "starts", "undoing"]
 

@@ -7,12 +7,12 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
+from goalscope.base.nouns import contains, head_words, singular, singulars, words
 from goalscope.envs import Pick
 from goalscope.envs.house.simulator.state import is_whole
 from goalscope.envs.house.view import View, are, called, readable, the
-from goalscope.orders import Order
-from goalscope.standing import Standing
-from goalscope.words import contains, head_words, singular, singulars, words
+from goalscope.language.dialogue_state import DialogueState
+from goalscope.language.orders import Order
 
 __all__ = ["EVERYTHING", "GROUPS", "Finder", "Found", "asked_about", "bound", "facts_of"]
 __all__ += ["kinds_in", "remains"]
@@ -213,14 +213,14 @@ def remains(view: View, things: Sequence[str]) -> list[str]:
     return [own for own in dict.fromkeys((*things, *pieces)) if own not in gone]
 
 
-def bound(view: View, standing: Standing) -> set[str]:
+def bound(view: View, standing: DialogueState) -> set[str]:
     """Ids of what nobody may touch: what is to be left alone or must not come."""
     limits = (*standing.untouched, *(each for each in standing.limits if each.do == "avoid"))
     found = {own for limit in limits for own in _covered(view, limit)}
     return found | {own for own in view.table if own.rpartition("|")[0] in found}
 
 
-def asked_about(view: View, standing: Standing) -> set[str]:
+def asked_about(view: View, standing: DialogueState) -> set[str]:
     """Ids of the things that the person has ordered something to be done with."""
     return {own for order in standing.asked for own in _worded(view, order.what)}
 

@@ -7,10 +7,10 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, Literal
 
+from goalscope.base.text import terminal_safe
 from goalscope.envs.house.simulator.geometry import box_of, vec
 from goalscope.envs.house.simulator.state import by_id, is_whole
 from goalscope.envs.house.view import names
-from goalscope.safe_text import terminal_safe
 
 __all__ = ["Box", "Piece", "Plan", "Point", "area", "floor_plan", "middle_of"]
 

@@ -9,6 +9,7 @@ from dataclasses import dataclass
 from textwrap import wrap
 from typing import Any
 
+from goalscope.base.types import pluralize
 from goalscope.envs.house.floor_plan import (
     Box,
     Piece,
@@ -28,7 +29,6 @@ from goalscope.envs.house.labels import (
     ranges,
 )
 from goalscope.envs.house.picture_style import LEGEND, pointing, style_sheet
-from goalscope.types import pluralize
 
 __all__ = ["svg_picture", "told"]
 

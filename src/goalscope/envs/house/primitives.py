@@ -6,9 +6,9 @@ import re
 from collections.abc import Mapping
 from typing import Any
 
+from goalscope.base.types import GoalscopeError
 from goalscope.envs.house.simulator.controller import Controller
 from goalscope.envs.house.simulator.state import ENCLOSING, by_id, innermost, is_at
-from goalscope.types import GoalscopeError
 
 __all__ = ["Primitives", "Refusal"]
 

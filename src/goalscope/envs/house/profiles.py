@@ -7,10 +7,10 @@ from importlib.resources import files
 from pathlib import Path
 from typing import Any, cast
 
+from goalscope.base.inputs import is_list, nearest, read_profiles, refuse_unknown, shown
+from goalscope.base.types import InvalidInputError, Profile
 from goalscope.envs.house.simulator.object_types import STATES, object_types, unfit_state
 from goalscope.envs.house.simulator.state import by_id, is_whole
-from goalscope.inputs import is_list, nearest, read_profiles, refuse_unknown, shown
-from goalscope.types import InvalidInputError, Profile
 
 __all__ = ["checks_met", "load_profiles", "types_in"]
 

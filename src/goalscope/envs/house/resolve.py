@@ -6,6 +6,8 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
+from goalscope.base.nouns import singulars
+from goalscope.base.types import Action
 from goalscope.envs import Resolution
 from goalscope.envs.house.actions import FILLS, IRREVERSIBLE, accepts, cooks
 from goalscope.envs.house.finding import EVERYTHING, Finder, Found, remains
@@ -13,9 +15,7 @@ from goalscope.envs.house.simulator.object_types import ACTS, SINGLE
 from goalscope.envs.house.simulator.objects import slices_of
 from goalscope.envs.house.simulator.state import innermost, is_at, is_whole
 from goalscope.envs.house.view import View, readable
-from goalscope.orders import Order
-from goalscope.types import Action
-from goalscope.words import singulars
+from goalscope.language.orders import Order
 
 __all__ = ["Resolver"]
 

@@ -10,6 +10,7 @@ from typing import Any
 
 import numpy as np
 
+from goalscope.base.types import Action, GoalscopeError, InvalidInputError, Profile, StepResult
 from goalscope.envs import Environment, Pick, Resolution
 from goalscope.envs.house.actions import (
     FILLS,
@@ -28,20 +29,18 @@ from goalscope.envs.house.simulator.controller import Controller
 from goalscope.envs.house.simulator.object_types import LASTING, PREDICATES
 from goalscope.envs.house.simulator.state import is_whole
 from goalscope.envs.house.view import View, readable, the
-from goalscope.inputs import read_examples
+from goalscope.envs.scenarios import Scenario, shipped_scenarios
+from goalscope.language.dialogue_state import DialogueState
+from goalscope.language.matcher import Matcher
+from goalscope.language.orders import Order, Verb, orders_from_text, read_examples
 from goalscope.models.embedding import embedded
-from goalscope.occasions import Occasion, shipped_occasions
-from goalscope.orders import Order, Verb, orders_from_text
-from goalscope.picking import Picker
-from goalscope.standing import Standing
-from goalscope.types import Action, GoalscopeError, InvalidInputError, Profile, StepResult
 
 __all__ = ["HomeRobot"]
 
 SAME_PLACE = 0.01
 """Metres within which an object has not moved."""
 
-_EXACTLY = Picker(strict=True)
+_EXACTLY = Matcher(strict=True)
 
 _SHOWN = 30
 """Most changes that the status lists."""
@@ -163,7 +162,7 @@ class HomeRobot(Environment):
             lines.append(f"- and {len(changes) - _SHOWN} more")
         return "\n".join(lines)
 
-    def resolve(self, order: Order, standing: Standing, pick: Pick) -> Resolution:
+    def resolve(self, order: Order, standing: DialogueState, pick: Pick) -> Resolution:
         """See `Environment.resolve`; limits need no action, because they bind later ones."""
         view, done = self._view, [action for action, _ in self._done]
         finder, untouched = Finder(view, pick), bound(view, standing)
@@ -186,7 +185,7 @@ class HomeRobot(Environment):
             names = [names[i] for i in nearest]
         return names[:limit]
 
-    def actions(self, name: str, standing: Standing) -> list[Action]:
+    def actions(self, name: str, standing: DialogueState) -> list[Action]:
         """What can be done with the objects of a name or generic name.
 
         For each object: a put into or onto each kind of receptacle that is viable for it, and what
@@ -208,7 +207,7 @@ class HomeRobot(Environment):
         """The action in words, with generic names: "put the egg in the fridge"."""
         return self._view.phrase(action)
 
-    def serving(self, need: str, standing: Standing) -> list[Action]:
+    def serving(self, need: str, standing: DialogueState) -> list[Action]:
         """What does an order such as "put mug | where coffee machine", of generic names.
 
         Nothing that touches what the person ruled out, or has ordered something for, and nothing
@@ -229,15 +228,15 @@ class HomeRobot(Environment):
             return []
         return found
 
-    def like(self, text: str, most: int) -> list[Occasion]:
+    def like(self, text: str, most: int) -> list[Scenario]:
         """See `Environment.like`."""
-        return shipped_occasions("house")(text, most)
+        return shipped_scenarios("house")(text, most)
 
     def here(self) -> str:
         """The kinds of things in the room."""
         return ", ".join(sorted({readable(each["objectType"]) for each in self._view.objects}))
 
-    def undo(self, results: Sequence[StepResult], standing: Standing) -> Resolution:
+    def undo(self, results: Sequence[StepResult], standing: DialogueState) -> Resolution:
         """What brings back what `results` changed; what is ruled out stays as it is.
 
         Afterwards `results` count as never done, and so do the actions, once they are taken.
@@ -295,7 +294,7 @@ class HomeRobot(Environment):
             return StepResult(action, True, f"{told}; this cannot be undone.", irreversible=True)
         return StepResult(action, True, f"{told}.")
 
-    def answer(self, order: Order, standing: Standing, pick: Pick) -> str:
+    def answer(self, order: Order, standing: DialogueState, pick: Pick) -> str:
         """Where the things asked about are, and in what state; without a name, the status."""
         if not (order.what or order.where):
             return self.status()

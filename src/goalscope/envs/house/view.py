@@ -7,9 +7,9 @@ from collections import defaultdict
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from typing import Any
 
+from goalscope.base.types import Action
 from goalscope.envs.house.simulator.object_types import ACTS, object_types
 from goalscope.envs.house.simulator.state import innermost, is_whole
-from goalscope.types import Action
 
 __all__ = ["View", "are", "called", "names", "readable", "the"]
 

@@ -10,11 +10,11 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Protocol
 
+from goalscope.base.optional_packages import remedy
+from goalscope.base.types import GoalscopeError, InvalidInputError
 from goalscope.envs.house.simulator.scenes import load_scene
 from goalscope.envs.house.simulator.state import Scene
 from goalscope.envs.house.simulator.world import House
-from goalscope.extras import remedy
-from goalscope.types import GoalscopeError, InvalidInputError
 
 __all__ = ["Controller", "Event", "HouseController", "start_thor"]
 

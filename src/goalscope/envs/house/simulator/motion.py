@@ -6,6 +6,7 @@ import math
 from collections.abc import Callable, Mapping
 from typing import Any, cast
 
+from goalscope.base.inputs import shown
 from goalscope.envs.house.simulator.geometry import Pose, Vec, as_dict, box_of, sees, vec
 from goalscope.envs.house.simulator.state import (
     EYE_HEIGHT,
@@ -16,7 +17,6 @@ from goalscope.envs.house.simulator.state import (
     is_whole,
     number,
 )
-from goalscope.inputs import shown
 
 __all__ = ["MOTIONS", "QUERIES"]
 

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from functools import cache
 from importlib.resources import files
 
-from goalscope.inputs import shown
+from goalscope.base.inputs import shown
 
 __all__ = ["ACTS", "FLAGS", "LASTING", "LIQUIDS", "PREDICATES", "SINGLE", "STATES", "ObjectType"]
 __all__ += ["object_type", "object_types", "unfit_state"]

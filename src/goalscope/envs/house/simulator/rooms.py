@@ -10,6 +10,9 @@ from importlib.resources.abc import Traversable
 from pathlib import Path
 from typing import Any, cast
 
+from goalscope.base.inputs import is_list, nearest, read_table, refuse_unknown, shown
+from goalscope.base.text import without_invisible
+from goalscope.base.types import InvalidInputError
 from goalscope.envs.house.simulator.geometry import RADIUS, Box, Vec, box_of
 from goalscope.envs.house.simulator.object_types import (
     SINGLE,
@@ -20,9 +23,6 @@ from goalscope.envs.house.simulator.object_types import (
 )
 from goalscope.envs.house.simulator.objects import new_floor, new_object
 from goalscope.envs.house.simulator.state import ENCLOSING, EYE_HEIGHT, Scene, State
-from goalscope.inputs import is_list, nearest, read_table, refuse_unknown, shown
-from goalscope.invisible import without_invisible
-from goalscope.types import InvalidInputError
 
 __all__ = ["read_room"]
 

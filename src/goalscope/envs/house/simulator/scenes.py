@@ -14,14 +14,14 @@ from importlib.resources import files
 from pathlib import Path
 from typing import Any, cast
 
+from goalscope.base.inputs import shown
+from goalscope.base.text import without_invisible
+from goalscope.base.types import InvalidInputError
+from goalscope.base.user_dirs import user_data
 from goalscope.envs.house.simulator.geometry import box_metadata, vec
 from goalscope.envs.house.simulator.object_types import LIQUIDS
 from goalscope.envs.house.simulator.rooms import read_room
 from goalscope.envs.house.simulator.state import Scene, State
-from goalscope.inputs import shown
-from goalscope.invisible import without_invisible
-from goalscope.places import user_data
-from goalscope.types import InvalidInputError
 
 __all__ = ["import_scene", "known_scenes", "load_scene", "read_scene", "scene_from_metadata"]
 __all__ += ["scenes_folder"]

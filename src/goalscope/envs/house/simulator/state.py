@@ -7,6 +7,8 @@ from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from typing import Any
 
+from goalscope.base.inputs import shown
+from goalscope.base.types import InvalidInputError
 from goalscope.envs.house.simulator.geometry import (
     Box,
     Pose,
@@ -18,8 +20,6 @@ from goalscope.envs.house.simulator.geometry import (
     sees,
     vec,
 )
-from goalscope.inputs import shown
-from goalscope.types import InvalidInputError
 
 __all__ = ["ENCLOSING", "Failure", "Scene", "State", "by_id", "innermost", "is_at", "is_whole"]
 __all__ += ["number"]

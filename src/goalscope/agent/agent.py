@@ -1,0 +1,562 @@
+"""Algorithm 1: ask, read, infer, manage the goals, and act on orders and likely goals."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Generator, Iterable, Iterator, Sequence
+from contextlib import contextmanager
+from copy import copy
+from dataclasses import replace
+from itertools import groupby
+from typing import Any, Literal, cast
+
+from goalscope.agent.executor import Execution, Executor
+from goalscope.agent.guards import UNSURE
+from goalscope.agent.people import FALLBACK, OPENING, Human, ask, completes
+from goalscope.agent.planner import Guess, Outcome, Want, undo
+from goalscope.agent.round import Round, retracted
+from goalscope.agent.toolkit import PIPELINE, Stage, Toolkit, pipeline_of, toolkit_of
+from goalscope.agent.writer import Recalling, Writer
+from goalscope.base.nouns import contains, head_words, names, singular, singulars
+from goalscope.base.types import (
+    UNSPECIFIED,
+    ConflictError,
+    Goal,
+    GoalChange,
+    GoalscopeError,
+    InvalidInputError,
+    StepResult,
+    Turn,
+    UnreadableAnswerError,
+    canonical,
+    checked_text,
+    pluralize,
+)
+from goalscope.belief.belief import Belief
+from goalscope.belief.calibration import DEFAULT, Calibration
+from goalscope.belief.explain import in_words
+from goalscope.belief.goal_manager import UNEXPLAINED, GoalManager, Trigger
+from goalscope.belief.goal_order import Ranking
+from goalscope.belief.likelihood import Likelihood, RolePlay
+from goalscope.belief.ranker import Ranker
+from goalscope.belief.tracker import Correction, GoalTracker
+from goalscope.envs import GUESSED, MENTIONED, Environment, Pick
+from goalscope.language.dialogue_state import acting
+from goalscope.language.matcher import Matcher
+from goalscope.language.orders import TELLING, Order, Reading, is_aside
+from goalscope.language.reader import Reader, ReadExample, reader_of
+from goalscope.models import Model
+
+__all__ = ["NO_ANSWER", "NO_GOAL", "Agent", "K", "Method", "run_episode"]
+
+Method = Literal["good", "no-goals", "no-inference"]
+"""The paper's agent and its ablations (Sec. 4.3); see `Agent`."""
+
+K = 3
+"""Number of goals that an agent acts on (k in Algorithm 1; the paper gives no figure)."""
+
+NO_GOAL = "The goals do not explain the newest words, and no better ones were found."
+"""A round's note where a goal is missing."""
+
+NO_ANSWER = "I cannot answer that."
+"""The answer to a question about something that is not known here."""
+
+_QUESTION_MARKS = ("?", "\uff1f", "\u061f")
+"""Full width and Arabic, too."""
+
+_MENTIONS = 4
+"""Most things that a question is answered for besides the one that was read."""
+
+_FAILURES = 3
+"""Most failures that a round's notes tell one by one."""
+
+
+class Agent:
+    """The assistant: one call of `step` is one round of Algorithm 1.
+
+    Args:
+        env: Where it acts.
+        model: Writes and scores.
+        reader: Turns utterances into readings; by default the model's own (see `reader_of`).
+        pick: Finds the thing that a phrase means; by default a `Matcher`.
+        method: "good", or an ablation of Sec. 4.3: "no-goals" acts on the transcript alone,
+            "no-inference" asks the model which goal is likeliest.
+        k: Number of likeliest goals to act on and to ask about.
+        pipeline: The order of a round's stages; by default that of Algorithm 1. Each stage works
+            with the belief as the stages before it left it.
+        patience: See `GoalManager`.
+        propose: See `GoalManager`; "no-inference" always proposes as in the paper.
+        likelihood: Evidence of a turn, for "good"; by default the role-play likelihood of `model`.
+        calibration: Turns evidence into probabilities; None for `DEFAULT`. (A calibration on given
+            goals is too unsure of goals that the agent proposes itself; see LOG.md.)
+        modules: Propose, remove, plan and ask; by default those of the model.
+        unsure: Margin of an order, in nats, below which the agent asks before it acts.
+        progress: Called with what the agent does next, before each part of a round.
+        understood: Called before the agent acts, with the round so far: the reading, the belief,
+            and the goals that came and went.
+
+    Raises:
+        InvalidInputError: There is no such method or pipeline, or `k` is below 1.
+    """
+
+    def __init__(
+        self,
+        env: Environment,
+        model: Model,
+        *,
+        reader: Reader | None = None,
+        pick: Pick | None = None,
+        method: Method = "good",
+        k: int = K,
+        pipeline: Sequence[Stage] = PIPELINE,
+        patience: int = 3,
+        propose: Trigger = UNEXPLAINED,
+        likelihood: Likelihood | None = None,
+        calibration: Calibration | None = None,
+        modules: Toolkit | None = None,
+        unsure: float = UNSURE,
+        progress: Callable[[str], None] | None = None,
+        understood: Callable[[Round], None] | None = None,
+    ) -> None:
+        self.env = env
+        self.model = model
+        if not (hasattr(k, "__index__") and k >= 1):
+            raise InvalidInputError(f"k must be a whole number, 1 or more, not {k!r}")
+        self.k = k
+        self._stages = _grouped(pipeline_of(pipeline))
+        self.reader = reader or reader_of(model, env.verbs, task=env.task, examples=env.examples)
+        self._pick = pick or Matcher(model)
+        self._executor = Executor(env, self._pick, unsure)
+        self._progress = progress or _silent
+        self._understood = understood or _silent
+        self.modules = modules or toolkit_of(model)
+        proposer = self.modules.proposer
+        self.goals = GoalManager(
+            Recalling(proposer, env.like) if isinstance(proposer, Writer) else proposer,
+            model,
+            env.task,
+            remover=self.modules.remover,
+            propose="paper" if method == "no-inference" else propose,
+            patience=patience,
+        )
+        self.rounds: list[Round] = []
+        self.tracker: GoalTracker | Ranker | None = None
+        self._corrections: list[GoalChange] = []
+        self._uncorrected: list[tuple[Belief, list[GoalChange]]] = []
+        if method == "good":
+            self.tracker = GoalTracker(
+                task=env.task,
+                likelihood=likelihood or RolePlay(model),
+                calibration=calibration or DEFAULT,
+            )
+        elif method == "no-inference":
+            self.tracker = Ranker(model, env.task)
+        elif method != "no-goals":
+            raise InvalidInputError(
+                f'method must be "good", "no-goals" or "no-inference", not {method!r}'
+            )
+        self._prior = self.belief
+
+    @property
+    def belief(self) -> Belief | Ranking | None:
+        """The belief as it is, with what was corrected since the last round; None without one.
+
+        "no-inference" has a ranking in its place.
+        """
+        return self.tracker.belief if self.tracker else None
+
+    @property
+    def turns(self) -> list[Turn]:
+        """The transcript so far."""
+        return [round.turn for round in self.rounds]
+
+    def ask(self) -> str:
+        """The next query (Conversation Module), after the answer to what the person asked.
+
+        Where no aim was told there is nothing to find out: the agent asks what else they would
+        like.
+        """
+        self._progress("asking")
+        if not self.rounds:
+            return OPENING
+        question = self.rounds[-1].question or self._question()
+        answer = self._answer()
+        return f"{answer}\n{question}" if answer else question
+
+    def _question(self) -> str:
+        last = self.rounds[-1].reading
+        if not (last and self._aimed(last)):
+            return FALLBACK
+        goals = [goal.text for goal, _ in self._stated]
+        return ask(self.modules.asker, self.env, self.turns, self._done(), goals)
+
+    def _done(self) -> str:
+        """What stands of what was done, in words."""
+        gone = retracted(self.rounds)
+        results = [
+            result.action
+            for round in self.rounds
+            for result in round.results
+            if round.number not in gone and result.ok
+        ]
+        found: dict[str, list[str]] = {}
+        for action in results:
+            place = f" {action.destination}" if action.destination else ""
+            found.setdefault(action.name, []).append(f"{action.target}{place}")
+        return "; ".join(f"{name}: {', '.join(each)}" for name, each in found.items())
+
+    def _answer(self) -> str:
+        """The answer to what the newest words ask; "" where they ask nothing."""
+        last = self.rounds[-1]
+        asked = (
+            [order for order in last.reading.orders if order.do == "ask"] if last.reading else []
+        )
+        if any(order.what for order in asked):
+            named = self.env.mentions(last.turn.utterance)[:_MENTIONS]
+            asked += [
+                Order("ask", each)
+                for each in named
+                if not any(names(order.what, each) for order in asked)
+            ]
+        standing = self._executor.standing(self.rounds)
+        told = (self.env.answer(order, standing, self._pick) for order in asked)
+        found = list(dict.fromkeys(each for each in told if each))
+        return "\n".join(found) or (NO_ANSWER if asked else "")
+
+    def step(
+        self,
+        query: str,
+        utterance: str,
+        *,
+        confirmed: str = "",
+        keep: Callable[[Round], None] | None = None,
+    ) -> Round:
+        """One round of Algorithm 1 after the person has answered.
+
+        The words are read once. They are evidence for the goals (Inference Module), which then are
+        proposed and removed (Goal Management Module). Then the agent acts (Action Module): it
+        follows the orders, and where the words tell an aim it plans for the likeliest goals. An
+        order waits for a yes if nobody can undo it, if its reading is unsure, if it has a
+        condition, or if an allergy forbids it; the yes counts only in the state that was shown. The
+        agent's `pipeline` may change the order of these stages.
+
+        On an error the agent and its environment stay as they were: the environment is reset and
+        its past replayed, which in a simulator takes back even what nobody could undo.
+
+        Args:
+            query: What the agent asked.
+            utterance: What the person answered.
+            confirmed: Fingerprint of the state in which they confirmed, by a click, what waits for
+                a yes; "" where they did not, or said so in words.
+            keep: Stores the round. If it fails, the round is undone.
+
+        Raises:
+            ConflictError: The state has changed since it was shown; nothing was done.
+            InvalidInputError: The utterance is empty, broken, or too long for the model.
+        """
+        turn = Turn(query, checked_text(utterance, "utterance"))
+        if confirmed not in ("", self.env.fingerprint()):
+            raise ConflictError(
+                "Things are no longer as they were shown, so nothing was done. Look again."
+            )
+        with self._all_or_nothing():
+            reading, unread = self._read(turn)
+            round = Round(
+                number=len(self.rounds) + 1,
+                turn=turn,
+                belief=self.belief,
+                changes=tuple(self._corrections),
+                reading=reading,
+            )
+            done, outcome = Execution(turn, reading), Outcome()
+            unexplained: list[str] = []
+            known = bool(self._stated)
+            for stages in self._stages:
+                if "act" in stages:
+                    self._understood(round)
+                    done = self._executor.execute(
+                        self.rounds, turn, reading, confirmed=bool(confirmed)
+                    )
+                    outcome = self._plan(turn, reading, done)
+                    continue
+                changes, notes = self._think(stages, turn, reading, round.changes, known)
+                round = replace(round, belief=self.belief, changes=(*round.changes, *changes))
+                unexplained += notes
+            round = replace(
+                round,
+                results=(*done.results, *outcome.results),
+                replans=outcome.replans,
+                status=self.env.status(),
+                notes=(*unread, *unexplained, *self._notes(turn, reading, done, outcome)),
+                question=done.question,
+                pending=tuple(done.pending),
+                awaits=done.awaits,
+                released=done.released,
+                retracts=done.retracts,
+                reversals=done.reversals,
+                state=self.env.fingerprint(),
+                terminated=done.ended or any(result.terminated for result in outcome.results),
+            )
+            if keep:
+                keep(round)
+        self.rounds.append(round)
+        self._corrections, self._uncorrected = [], []
+        return round
+
+    def correct(self, correction: Correction, goal: str | Goal, text: str = "") -> Belief:
+        """See `GoalTracker.correct`; the next round tells of it.
+
+        Raises:
+            InvalidInputError: There is no such goal or no belief, or a text is empty or broken.
+        """
+        tracker = self.tracker
+        if not isinstance(tracker, GoalTracker):
+            raise InvalidInputError("This method has no belief that could be corrected.")
+        before = (tracker.belief, self._corrections)
+        self._corrections = [*self._corrections, *tracker.correct(correction, goal, text)]
+        self._uncorrected.append(before)
+        return tracker.belief
+
+    def undo_correction(self) -> Belief:
+        """Undo the newest correction since the last round.
+
+        Raises:
+            InvalidInputError: There is none.
+        """
+        if not isinstance(self.tracker, GoalTracker) or not self._uncorrected:
+            raise InvalidInputError("There is no correction to take back.")
+        self.tracker.belief, self._corrections = self._uncorrected.pop()
+        return self.tracker.belief
+
+    @property
+    def can_undo_correction(self) -> bool:
+        """Whether there is a correction to take back."""
+        return bool(self._uncorrected)
+
+    @property
+    def corrections(self) -> list[GoalChange]:
+        """What the person said of the goals themselves since the last round."""
+        return list(self._corrections)
+
+    def resume(self, rounds: Sequence[Round]) -> None:
+        """Continue after `rounds`: replay their successful actions, take over their belief.
+
+        Raises:
+            GoalscopeError: The replay led to another state than the one that was stored.
+        """
+        undo(self.env, [result for round in rounds for result in round.results])
+        last = rounds[-1] if rounds else None
+        if last and (
+            self.env.status() != last.status or last.state not in ("", self.env.fingerprint())
+        ):
+            raise GoalscopeError(
+                "Replaying the episode's actions led to another state; "
+                "has the catalogue or scene changed since? Start a new episode."
+            )
+        self.rounds = list(rounds)
+        self._corrections, self._uncorrected = [], []
+        if self.tracker:
+            held = last.belief if last and last.belief else self._prior
+            self.tracker.belief = cast("Any", held)  # of the method's own kind
+            self.tracker.turns = self.turns
+
+    @contextmanager
+    def _all_or_nothing(self) -> Generator[None]:
+        """Restore the belief and the environment if an error ends the round."""
+        before = copy(self.tracker)
+        try:
+            yield
+        except BaseException:
+            self.tracker = before
+            undo(self.env, self._history)
+            raise
+
+    @property
+    def _history(self) -> list[StepResult]:
+        return [result for round in self.rounds for result in round.results]
+
+    def _read(self, turn: Turn) -> tuple[Reading, list[str]]:
+        """The reading of a turn; where the model wrote none, an empty one and a note that says so.
+
+        The phrase that ends the task is no answer to the question before it. Said alone, it is
+        the order to end the task, as the environment declares, however the model reads it.
+        """
+        self._progress("reading")
+        before = [
+            ReadExample(_answered(each.turn), each.turn.utterance, each.reading.orders)
+            for each in self.rounds
+            if each.reading
+        ]
+        unread: list[str] = []
+        try:
+            reading = self.reader.read(
+                turn.utterance,
+                question="" if completes(self.env, turn.utterance) else _answered(turn),
+                before=before,
+                names=[self.env.status()],
+            )
+        except UnreadableAnswerError as error:
+            reading, unread = Reading((Order("none"),)), [str(error)]
+        ends = [verb.name for verb in self.env.verbs if verb.ends]
+        told = canonical(turn.utterance) == canonical(self.env.completion_phrase)
+        if told and ends and not any(map(reading.tells, ends)):
+            return Reading((Order(ends[0]),)), []
+        return reading, unread
+
+    def _think(
+        self,
+        stages: Sequence[Stage],
+        turn: Turn,
+        reading: Reading,
+        corrections: Sequence[GoalChange],
+        known: bool,
+    ) -> tuple[list[GoalChange], list[str]]:
+        """Update the belief (Eq. 1), or propose and remove goals (Sec. 3.2).
+
+        Goals are proposed where the words tell an aim, or may tell one: orders do as long as no
+        goal is `known`, and so do words that ask for nothing.
+
+        Args:
+            stages: What to do.
+            turn: The newest one.
+            reading: Its reading.
+            corrections: All changes since the last round.
+            known: Whether there was a goal before this round.
+
+        Returns:
+            What has changed, and notes on what could not be explained.
+        """
+        tracker = self.tracker
+        if tracker is None:
+            return [], []
+        if "infer" in stages:
+            self._progress(f"scoring {pluralize(len(tracker.belief.goals), 'goal')}")
+            if isinstance(tracker, GoalTracker):
+                weight = _weight(reading, tracker.belief.calibration)
+                tracker.observe(turn.query, turn.utterance, weight=weight)
+            else:
+                tracker.observe(turn)
+            return [], []
+        orders = acting(reading.orders)
+        aims = reading.tells("aim") or (reading.only_tells and not (known and reading.says_nothing))
+        try:
+            changes, missing = self.goals.manage(
+                tracker,
+                self.rounds,
+                corrections,
+                stages=cast("Sequence[Literal['propose', 'remove']]", stages),
+                unobserved=None if len(tracker.turns) > len(self.rounds) else turn,
+                propose=aims or (bool(orders) and not known),
+                anew=reading.tells("aim")
+                and any(each.reading and each.reading.tells("aim") for each in self.rounds),
+                progress=self._progress,
+            )
+        except UnreadableAnswerError as error:
+            return [], [f"The goals stay as they are. {error}"]
+        return changes, [NO_GOAL] if missing and not orders else []
+
+    def _plan(self, turn: Turn, reading: Reading, done: Execution) -> Outcome:
+        """Act on the top k goals where an aim was told; the planner weighs the rest by the words.
+
+        Nothing is done unasked after words of harm, after a question that tells no aim, or once the
+        task has ended.
+        """
+        is_question = turn.utterance.rstrip().endswith(_QUESTION_MARKS)
+        is_aimed = reading.tells("aim") if is_question else self._aimed(reading)
+        if not is_aimed or done.wary or done.ended:
+            return Outcome()
+        self._progress("planning")
+        gone = retracted(self.rounds)
+        turns = [*(each.turn for each in self.rounds if each.number not in gone), turn]
+        wants = [Want(goal.text, probability) for goal, probability in self._stated]
+        history = [*self._history, *done.results]
+        try:
+            return self.modules.planner.act(self.env, wants, turns, history, done.standing)
+        except UnreadableAnswerError as error:
+            done.notes.append(f"No plan was made. {error}")
+            return Outcome()
+
+    def _aimed(self, reading: Reading) -> bool:
+        """Whether to act for a goal: an aim was told, or a goal explains words that ask nothing."""
+        return reading.tells("aim") or (reading.only_tells and bool(self._stated))
+
+    @property
+    def _stated(self) -> list[tuple[Goal, float]]:
+        """The top k goals with their probabilities, without "Unspecified"."""
+        ranked = self.belief.top() if self.belief else ()
+        return [each for each in ranked if each[0] != UNSPECIFIED][: self.k]
+
+    def _notes(
+        self, turn: Turn, reading: Reading, done: Execution, outcome: Outcome
+    ) -> Iterator[str]:
+        """What the person should be told of a round."""
+        if isinstance(self.tracker, GoalTracker):
+            yield from self.tracker.notes
+        yield from dict.fromkeys(done.notes)
+        failed = [*done.failed, *outcome.failed]
+        for each in failed[:_FAILURES]:
+            yield f"Not done: {each.action}. {each.observation}"
+        if len(failed) > _FAILURES:
+            yield f"And {len(failed) - _FAILURES} more could not be done."
+        said = " ".join(each.utterance for each in (*self.turns, turn))
+        named = [said, *self.env.mentions(said)] if outcome.guessed else []
+        mentioned = [each for each in outcome.guessed if _is_mentioned(each.target, named)]
+        if guessed := [each for each in outcome.guessed if each not in mentioned]:
+            yield f"{GUESSED}{_by_goal(guessed)}."
+        if mentioned:
+            yield f"{MENTIONED}{_by_goal(mentioned)}."
+        for held in outcome.held:
+            yield f"Held back until it is clear what you want: {held}."
+        asked = any(each.do == "ask" and not (each.what or each.where) for each in reading.orders)
+        if asked and isinstance(self.tracker, GoalTracker):
+            yield in_words(self.tracker.belief, self.tracker.turns)
+
+
+def _grouped(pipeline: Sequence[Stage]) -> list[tuple[Stage, ...]]:
+    """The stages in their order; "propose" and "remove" are one step if they are neighbours."""
+    managing = groupby(pipeline, lambda each: "" if each in ("propose", "remove") else each)
+    return [tuple(stages) for _, stages in managing]
+
+
+def _by_goal(guessed: Sequence[Guess]) -> str:
+    """What was guessed, with the goal that it is for."""
+    found: dict[str, list[str]] = {}
+    for guess in guessed:
+        found.setdefault(guess.goal, []).append(guess.target)
+    return "; ".join(
+        f"{', '.join(targets)}{f' (to {goal})' if goal else ''}" for goal, targets in found.items()
+    )
+
+
+def _is_mentioned(name: str, said: Iterable[str]) -> bool:
+    """Whether words name the thing, by the noun that says what it is: candles of any kind."""
+    head = [singular(word) for word in head_words(name)[-1:]]
+    return any(contains(singulars(each), head) for each in said)
+
+
+def _answered(turn: Turn) -> str:
+    """The question that the words answer; "" where they were free to say anything."""
+    question = turn.query.splitlines()[-1] if turn.query.strip() else ""
+    return "" if question in (OPENING, FALLBACK) else question
+
+
+def _weight(reading: Reading, calibration: Calibration) -> float:
+    """How much words count as evidence, by what they do."""
+    if is_aside(reading.orders):
+        return calibration.aside
+    tells = reading.tells("ask") or any(map(reading.tells, TELLING))
+    return 1.0 if tells or not acting(reading.orders) else calibration.orders
+
+
+def run_episode(agent: Agent, human: Human, *, max_rounds: int = 20) -> Iterator[Round]:
+    """Rounds until the task is complete, at most `max_rounds` in all (Algorithm 1).
+
+    Each round is yielded as soon as it is done; the caller stores it before the next begins.
+    """
+    while len(agent.rounds) < max_rounds and not (agent.rounds and agent.rounds[-1].terminated):
+        query = agent.ask()
+        utterance = human.reply(query, agent.turns, agent.env.status())
+        yield agent.step(query, utterance)
+
+
+def _silent(_: object) -> None:
+    """Nobody listens."""

@@ -1,0 +1,286 @@
+"""Executes orders, undoes rounds, and holds what needs a yes (see `goalscope.agent.guards`)."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+
+from goalscope.agent.guards import (
+    CONFIRM,
+    HARM,
+    SAY_YES,
+    Awaited,
+    is_wary,
+    is_yes,
+    reason_to_wait,
+    speaks_of_harm,
+    whether,
+)
+from goalscope.agent.round import Round, retracted, state_after
+from goalscope.base.types import StepResult, Turn
+from goalscope.envs import Environment, Pick, execute, resolution_of
+from goalscope.language.dialogue_state import LIMITS, DialogueState
+from goalscope.language.orders import Order, Reading
+
+__all__ = ["NOTHING", "NOT_CONFIRMED", "NOT_HERE", "Execution", "Executor"]
+
+NOT_HERE = "I cannot undo anything here. Please say what is to change."
+"""Note where the environment cannot undo."""
+
+NOTHING = "There is nothing to undo. Please say what is to change."
+"""Note where nothing was done that could be undone."""
+
+NOT_CONFIRMED = "Not done."
+"""Note where an order that waited for a yes did not get it."""
+
+NOT_BACK = "Nobody can take that back."
+"""Why an irreversible action is not undone."""
+
+_ALL = "everything"
+"""The thing that an order to undo all names."""
+
+
+@dataclass(slots=True)
+class Execution:
+    """The outcome of the orders of one round.
+
+    Attributes:
+        turn: What was said.
+        reading: What it was read as.
+        released: Orders that waited for a yes and now have it.
+        harm: Whether a word of harm was said that the reading lacks.
+        wary: Whether one was said lately; see `is_wary`.
+        retracts: Numbers of the rounds that were undone, the newest first.
+        reversals: Number of results, the first ones, that undid them.
+        results: Actions that succeeded.
+        failed: Actions that failed.
+        pending: Orders that wait for a yes.
+        reasons: Why each of them waits.
+        end: End of the question about them.
+        notes: What to tell the person.
+        standing: The state of the dialogue after these words.
+    """
+
+    turn: Turn
+    reading: Reading
+    released: tuple[Order, ...] = ()
+    harm: bool = False
+    wary: bool = False
+    retracts: tuple[int, ...] = ()
+    reversals: int = 0
+    results: list[StepResult] = field(default_factory=list[StepResult])
+    failed: list[StepResult] = field(default_factory=list[StepResult])
+    pending: list[Order] = field(default_factory=list[Order])
+    reasons: list[str] = field(default_factory=list[str])
+    end: str = "Shall I?"
+    notes: list[str] = field(default_factory=list[str])
+    standing: DialogueState = field(default_factory=DialogueState)
+
+    @property
+    def orders(self) -> list[Order]:
+        """The released orders, then the new ones."""
+        new = (each for each in self.reading.orders if each not in self.released)
+        return [*self.released, *new]
+
+    def record(self, result: StepResult) -> None:
+        """Record the result of an action."""
+        (self.results if result.ok else self.failed).append(result)
+
+    def hold(
+        self, order: Order, reason: str, *, lasting: bool = False, grave: bool = False
+    ) -> None:
+        """Have an order wait for a yes: for the word itself, if it is irreversible or grave."""
+        self.pending.append(order)
+        self.reasons.append(reason)
+        if lasting:
+            self.end = CONFIRM
+        elif grave and self.end != CONFIRM:
+            self.end = SAY_YES
+
+    @property
+    def question(self) -> str:
+        """What has to be asked next; "" if nothing has."""
+        return HARM if self.harm else whether(self.pending, self.reasons, self.end)
+
+    @property
+    def awaits(self) -> Awaited:
+        """What that question waits for."""
+        if self.harm:
+            return "harm"
+        if not self.pending:
+            return ""
+        return "word" if self.end in (CONFIRM, SAY_YES) else "yes"
+
+    @property
+    def ended(self) -> bool:
+        """Whether the task ended."""
+        return any(result.terminated for result in self.results)
+
+
+class Executor:
+    """Executes what people order.
+
+    Args:
+        env: Where to act.
+        pick: Finds the thing that a phrase means.
+        unsure: Margin of an order, in nats, below which it waits for a yes.
+    """
+
+    def __init__(self, env: Environment, pick: Pick, unsure: float) -> None:
+        self._env = env
+        self._pick = pick
+        self._unsure = unsure
+        self._verbs = {verb.name for verb in env.verbs}
+        self._takes_away = {verb.name for verb in env.verbs if verb.takes_away}
+        self._irreversible = {verb.name for verb in env.verbs if verb.irreversible}
+
+    def execute(
+        self, rounds: Sequence[Round], turn: Turn, reading: Reading, *, confirmed: bool
+    ) -> Execution:
+        """Undo what the words retract, then execute the orders; those that need a yes wait.
+
+        After a word of harm that the reading lacks, no verb is executed.
+
+        Args:
+            rounds: All earlier rounds.
+            turn: The newest one.
+            reading: Its reading.
+            confirmed: Whether the person confirmed by a click what waited.
+        """
+        harm = speaks_of_harm(turn.utterance, reading)
+        done = Execution(
+            turn,
+            reading,
+            released=() if harm else self._released(rounds, turn, reading, confirmed),
+            harm=harm,
+            wary=is_wary([(turn.utterance, reading), *readings_of(rounds)]),
+        )
+        if rounds and rounds[-1].pending and not done.released:
+            done.notes.append(NOT_CONFIRMED)
+        self._undo(rounds, done)
+        done.standing = self.standing(
+            rounds, reading, released=done.released, retracts=done.retracts
+        )
+        for order in done.orders:
+            self._follow(order, done)
+        done.notes += filter(None, [self._env.caution(done.results, done.standing)])
+        return done
+
+    def _follow(self, order: Order, done: Execution) -> None:
+        """Do one order, or hold it where it needs a yes."""
+        by_verb = order.do in self._verbs
+        if not (by_verb or order.do in LIMITS) or (done.harm and by_verb):
+            return
+        new, reason = order not in done.released, ""
+        if by_verb and new:
+            limit = None if order.do in self._takes_away else done.standing.forbids(order)
+            sure = done.reading.sure(order, self._unsure)
+            reason = reason_to_wait(order, limit, sure=sure, wary=done.wary)
+            if limit:
+                done.hold(order, reason, grave=True)
+                return
+        binding = done.standing.beside(order, done.reading.orders)
+        answer = self._env.resolve(order, binding, self._pick)
+        found = resolution_of(self._env, "resolve", answer)
+        done.notes += [found.why] if found.why else []
+        lasting = order.do in self._irreversible or any(map(self._env.lasting, found.actions))
+        if new and found.actions and (reason or lasting):
+            if not done.harm:
+                done.hold(order, reason, lasting=lasting)
+            return
+        for action in found.actions:
+            result = execute(self._env, action)
+            done.record(result)
+            if not result.ok:
+                break
+
+    def standing(
+        self,
+        rounds: Sequence[Round],
+        reading: Reading | None = None,
+        *,
+        released: Sequence[Order] = (),
+        retracts: Sequence[int] = (),
+    ) -> DialogueState:
+        """See `state_after`."""
+        return state_after(
+            rounds,
+            reading,
+            released=released,
+            retracts=retracts,
+            takes_away=self._takes_away,
+        )
+
+    def _released(
+        self, rounds: Sequence[Round], turn: Turn, reading: Reading, confirmed: bool
+    ) -> tuple[Order, ...]:
+        """The orders that waited for a yes to the last question, if these words are one.
+
+        A yes stands alone, or beside the same orders: with other orders the state would no longer
+        be the one that was shown. Irreversible orders wait for the word itself.
+        """
+        last = rounds[-1] if rounds else None
+        if not last or last.awaits == "harm" or last.state != self._env.fingerprint():
+            return ()
+        agreed = bool(reading.orders) and {*reading.orders} <= {Order("yes"), *last.pending}
+        if last.awaits == "word":
+            agreed = is_yes(turn.utterance)
+        return last.pending if confirmed or agreed else ()
+
+    def _undo(self, rounds: Sequence[Round], done: Execution) -> None:
+        """Undo the last rounds, guesses included."""
+        orders: list[Order] = []
+        for order in done.orders:
+            if order.do != "undo":
+                continue
+            if order in done.released or done.reading.sure(order, self._unsure):
+                orders.append(order)
+            else:
+                done.hold(order, reason_to_wait(order, sure=False))
+        if not orders:
+            return
+        gone = retracted(rounds)
+        standing = [
+            each
+            for each in rounds
+            if each.number not in gone
+            and (len(each.results) > each.reversals or (each.reading and _binds(each.reading)))
+        ]
+        every = any(order.what == _ALL for order in orders)
+        named = any(order.what not in ("", _ALL) for order in orders)
+        count = sum(max(1, round(order.quantity or 1)) for order in orders)
+        last = standing if every else [] if named else standing[-count:]
+        if not last:
+            done.notes.append(NOTHING)
+            return
+        left = self.standing(rounds, retracts=[each.number for each in last])
+        back: list[Round] = []
+        for each in reversed(last):
+            answer = self._env.undo(each.results[each.reversals :], left)
+            if answer is None:
+                done.notes.append(NOT_HERE)
+                return
+            found = resolution_of(self._env, "undo", answer)
+            done.notes += [found.why] if found.why else []
+            failed = len(done.failed)
+            for action in found.actions:
+                lasting = self._env.lasting(action)
+                done.record(
+                    StepResult(action, False, NOT_BACK) if lasting else execute(self._env, action)
+                )
+            back += [each] if len(done.failed) == failed else []
+        if back:
+            quoted = "; ".join(f'"{each.turn.utterance}"' for each in reversed(back))
+            done.notes.append(f"Taken back: {quoted}.")
+        done.retracts = tuple(each.number for each in back)
+        done.reversals = len(done.results)
+
+
+def readings_of(rounds: Sequence[Round]) -> list[tuple[str, Reading]]:
+    """The utterances with their readings, newest first."""
+    return [(each.turn.utterance, each.reading) for each in reversed(rounds) if each.reading]
+
+
+def _binds(reading: Reading) -> bool:
+    """Whether a reading sets a limit, which stands even where nothing was done for it."""
+    return any(order.do in LIMITS for order in reading.orders)

@@ -1,0 +1,343 @@
+"""The Action Module (Sec. 3.2, 4.2): what likely goals call for, and whether to do it unasked."""
+
+from __future__ import annotations
+
+from abc import abstractmethod
+from collections import defaultdict
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import Protocol
+
+import numpy as np
+import numpy.typing as npt
+
+from goalscope.agent.writer import Writer
+from goalscope.base.types import Action, GoalscopeError, StepResult, Turn
+from goalscope.envs import Environment, execute, scenarios_like
+from goalscope.envs.scenarios import Scenario
+from goalscope.language.dialogue_state import DialogueState
+from goalscope.prompts import recent
+
+__all__ = ["Choice", "Guess", "NeedPlanner", "Outcome", "Planner", "Want"]
+__all__ += ["attempted", "called_for", "choose", "undo"]
+
+Array = npt.NDArray[np.float64]
+Flags = npt.NDArray[np.bool_]
+
+
+@dataclass(frozen=True, slots=True)
+class Want:
+    """A goal to act for, with its probability; "" stands for the person's words alone.
+
+    If the probabilities of all wants sum to less than 1, the rest is that of unknown goals.
+    """
+
+    text: str
+    probability: float
+
+
+@dataclass(frozen=True, slots=True)
+class Guess:
+    """A thing that was used unasked, and the goal that it serves."""
+
+    target: str
+    goal: str
+
+
+@dataclass(frozen=True, slots=True)
+class Outcome:
+    """The outcome of planning for goals.
+
+    Attributes:
+        results: The actions that succeeded, in order.
+        failed: The actions that failed.
+        held: Things that are right for one goal and wrong for another: they wait for an answer.
+        guessed: The things that were used.
+        replans: Number of plans after the first.
+    """
+
+    results: tuple[StepResult, ...] = ()
+    failed: tuple[StepResult, ...] = ()
+    held: tuple[str, ...] = ()
+    guessed: tuple[Guess, ...] = ()
+    replans: int = 0
+
+
+@dataclass(frozen=True, slots=True)
+class Choice:
+    """The decision on each of `n` things under the belief: act, hold, or neither.
+
+    Attributes:
+        act: [n] whether to act at once.
+        hold: [n] whether an answer first is worth a question's cost.
+        value: [n] expected value of acting at once, from -1 to 1.
+    """
+
+    act: Flags
+    hold: Flags
+    value: Array
+
+
+def choose(probability: Array, value: Array, cost: float) -> Choice:
+    """Act, hold back for an answer, or do nothing: whichever has the greatest expected value.
+
+    Doing nothing is worth 0. Asking first avoids the expected harm of acting now, at the cost of a
+    question (value of perfect information; Howard, 1966).
+
+    Args:
+        probability: [G] of each goal; sums to 1.
+        value: [G, n] value of each thing under each goal, from -1 to 1.
+        cost: Of a question.
+    """
+    now = probability @ value
+    asked = probability @ np.maximum(value, 0) - cost
+    act = (now > 0) & (now >= asked)
+    return Choice(act=act, hold=~act & (asked > 0), value=now)
+
+
+class Planner(Protocol):
+    """Chooses what to do unasked, and does it."""
+
+    @abstractmethod
+    def act(
+        self,
+        env: Environment,
+        wants: Sequence[Want],
+        turns: Sequence[Turn],
+        history: Sequence[StepResult],
+        standing: DialogueState,
+    ) -> Outcome:
+        """Plan and act; a plan that fails is undone.
+
+        Irreversible actions are never taken unasked.
+
+        Args:
+            env: Where to act.
+            wants: Goals to act for.
+            turns: The conversation, the newest turn last.
+            history: All actions so far, to replay for an undo.
+            standing: The state of the dialogue.
+
+        Raises:
+            GoalscopeError: An undo did not restore the environment.
+        """
+        ...
+
+
+class NeedPlanner:
+    """Does what likely goals call for, by occasions that people described.
+
+    The occasions most like the person's words and a goal vote on what to do under that goal; the
+    share of votes beyond `Environment.agreed` is its value. So what several goals share comes
+    first. In a domain without occasions the writer lists needs and judges them, along with what
+    the environment offers.
+
+    Args:
+        writer: Lists and judges needs where there are no occasions.
+        limit: Largest number of things in one round.
+        cost: Of a question before acting; see `choose`.
+    """
+
+    def __init__(self, writer: Writer, *, limit: int = 8, cost: float = 0.2) -> None:
+        self.writer = writer
+        self.limit = limit
+        self.cost = cost
+
+    def act(
+        self,
+        env: Environment,
+        wants: Sequence[Want],
+        turns: Sequence[Turn],
+        history: Sequence[StepResult],
+        standing: DialogueState,
+    ) -> Outcome:
+        """See `Planner.act`."""
+        said = self.said(turns)
+        aims = {want.text: want.probability for want in wants}
+        if not aims or sum(aims.values()) < 1 - _LITTLE:
+            aims[""] = aims.get("", 0.0) + 1 - sum(aims.values())
+        weights = np.array([*aims.values()]) / sum(aims.values())
+        served = _Served(env, standing)
+        known = [
+            called_for(scenarios_like(env, f"{said} {aim}".strip(), _LIKE), served, served.kind)
+            for aim in aims
+        ]
+        worth = [{way: share - env.agreed for way, share in each.items()} for each in known]
+        if not any(known):
+            worth = self._judged(env, [*aims], int(weights.argmax()), said, served)
+        ways = [*dict.fromkeys(way for each in worth for way in each)]
+        if not ways:
+            return Outcome()
+        missing = -env.agreed if any(known) else -1.0
+        value = np.array([[each.get(way, missing) for way in ways] for each in worth])
+        choice = choose(weights, value, self.cost)
+        order: list[int] = np.argsort(-choice.value, kind="stable").tolist()
+        held = [served.names[ways[i]] for i in order if choice.hold[i]][: self.limit]
+        leaders: list[int] = (weights[:, None] * value).argmax(axis=0).tolist()
+        chosen = sorted(i for i in [i for i in order if choice.act[i]][: self.limit])
+        results, failed, guessed = list[StepResult](), list[StepResult](), list[Guess]()
+        used = {name for each in history for name in (each.action.target, each.action.destination)}
+        done_before = {env.kind(each.action) for each in history}
+        for i in chosen:
+            if any(
+                each.target in used or env.kind(each) in done_before or env.lasting(each)
+                for each in ways[i]
+            ):
+                continue
+            done_before |= {env.kind(each) for each in ways[i]}
+            done, problem = attempted(env, ways[i], [*history, *results])
+            results += done
+            failed += [problem] if problem else []
+            targets = dict.fromkeys(result.action.target for result in done)
+            guessed += [Guess(target, [*aims][leaders[i]]) for target in targets]
+        return Outcome(tuple(results), tuple(failed), tuple(held), tuple(guessed))
+
+    def said(self, turns: Sequence[Turn]) -> str:
+        """The person's newest words, as many as fit a prompt."""
+        shown = recent(self.writer.model, [Turn("", turn.utterance) for turn in turns], 6)
+        return " ".join(turn.utterance for turn in shown)
+
+    def _judged(
+        self, env: Environment, aims: Sequence[str], leading: int, said: str, served: _Served
+    ) -> list[dict[Way, float]]:
+        """The value under each aim, from -1 to 1, of what the writer lists for the leading one."""
+        room = env.here()
+        written = self.writer.needs(aims[leading], said, (), room)
+        listed = [*written, *env.offers(f"{said} {aims[leading]}".strip(), _OFFERS)]
+        ways = {way: thing for thing in reversed(listed) if (way := served(thing))}
+        if not ways:
+            return []
+        judged = self.writer.judged([*ways.values()], aims, said, (), room)
+        value = 2 * judged[:, :, 0] + judged[:, :, 1] - 1
+        return [dict(zip(ways, row, strict=True)) for row in value.tolist()]
+
+
+_LIKE = 8
+"""Scenarios that vote."""
+_OFFERS = 16
+"""Things of the environment that are judged where there are no occasions."""
+_LITTLE = 0.1
+"""Probability of unknown goals below which they get no vote."""
+_FALL = 0.3  # nats by which each next occasion counts less
+_RANKS = 30  # place in an occasion's list from which on a thing has no vote
+
+Way = tuple[Action, ...]
+"""The actions that serve one need."""
+
+
+class _Served:
+    """Looks up how a need is served here, once for each."""
+
+    def __init__(self, env: Environment, standing: DialogueState) -> None:
+        self._env, self._standing = env, standing
+        self._ways: dict[str, Way] = {}
+        self._kinds: dict[Way, str] = {}
+        self.names: dict[Way, str] = {}
+
+    def __call__(self, need: str) -> Way:
+        """The actions; none if nothing serves the need."""
+        if need not in self._ways:
+            self._ways[need] = tuple(self._env.serving(need, self._standing))
+            self.names.setdefault(self._ways[need], need)
+        return self._ways[need]
+
+    def kind(self, way: Way) -> str:
+        """The kinds of its actions."""
+        if way not in self._kinds:
+            self._kinds[way] = "; ".join(map(self._env.kind, way))
+        return self._kinds[way]
+
+
+def called_for(
+    like: Sequence[Scenario],
+    served: Callable[[str], Way],
+    kind: Callable[[Way], str] = str,
+) -> dict[Way, float]:
+    """The occasions' votes for each way to act, up to 1 if all of them need it first.
+
+    Nearer occasions count more, and what is unwanted on one counts against a way. Needs that are
+    served in the same way are one. One way of each kind gets the votes of the whole kind, so that
+    people who want different flours vote for one: the plain one if enough want it, or else the one
+    with the most votes. The ways are in the order of the occasions, as one may build on another.
+
+    Args:
+        like: The occasions, nearest first.
+        served: Finds the way to serve a need.
+        kind: See `Environment.kind`.
+    """
+    weights = np.exp(-_FALL * np.arange(len(like)))
+    found: dict[Way, float] = defaultdict(float)
+    places: dict[Way, int] = {}
+    ballots: list[dict[Way, float]] = []
+    for weight, each in zip((weights / weights.sum()).tolist(), like, strict=True):
+        votes: dict[Way, float] = {}
+        for things, worth in ((each.needed, 1.0), (each.nice, 0.5), (each.unwanted, -1.0)):
+            for rank, thing in enumerate(things):
+                if way := served(thing):
+                    votes.setdefault(way, weight * worth * (1 - rank / _RANKS))
+        for place, (way, vote) in enumerate(votes.items()):
+            found[way] += vote
+            if vote > 0:
+                places.setdefault(way, place)
+        ballots.append(votes)
+    speakers: dict[str, Way] = {}
+    for way in sorted(places, key=lambda way: -found[way]):
+        speakers.setdefault(kind(way), way)
+    for name, way in speakers.items():
+        plain = served(name)
+        speaker = plain if plain in places and found[plain] > found[way] / 2 else way
+        for votes in ballots:
+            if speaker not in votes:
+                found[speaker] += max((v for w, v in votes.items() if kind(w) == name), default=0)
+    return {way: found[way] for way in sorted(places, key=lambda way: places[way])}
+
+
+def attempted(
+    env: Environment, actions: Sequence[Action], history: Sequence[StepResult]
+) -> tuple[list[StepResult], StepResult | None]:
+    """Execute all of the actions or none; returns the results, and the failure if there was one.
+
+    Args:
+        env: Where to act.
+        actions: In order.
+        history: All actions before them, to replay for an undo.
+
+    Raises:
+        GoalscopeError: An undo did not restore the environment.
+    """
+    start = env.fingerprint()
+    results: list[StepResult] = []
+    for action in actions:
+        result = execute(env, action)
+        if not result.ok:
+            if results:
+                undo(env, history, start)
+            return [], result
+        results.append(result)
+    return results, None
+
+
+def undo(env: Environment, history: Sequence[StepResult], expected: str | None = None) -> None:
+    """Restore `env` to where `history` left it: reset, and replay.
+
+    Args:
+        env: The environment.
+        history: The actions to keep.
+        expected: The fingerprint that the environment must then have, if it is known.
+
+    Raises:
+        GoalscopeError: A replayed action fails, or the fingerprint differs.
+    """
+    env.reset()
+    for result in history:
+        again = execute(env, result.action)
+        if not again.ok:
+            raise GoalscopeError(
+                f"The action {result.action} cannot be done again: {again.observation} "
+                "Has the catalogue or scene changed since? Start a new episode."
+            )
+    if expected is not None and env.fingerprint() != expected:
+        raise GoalscopeError(
+            "Doing the earlier actions again led to another state than before, so that the agent "
+            "stops. Look at what has changed, and start a new episode."
+        )

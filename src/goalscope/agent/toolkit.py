@@ -1,0 +1,108 @@
+"""Algorithm 1's modules besides inference: how an agent proposes, removes, plans and asks."""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Iterable, Sequence
+from dataclasses import dataclass
+from typing import Literal, cast, get_args
+
+from goalscope.agent.people import Asker
+from goalscope.agent.planner import NeedPlanner, Planner
+from goalscope.agent.prompted import PromptedPlanner, PromptedWriter
+from goalscope.agent.writer import Writer
+from goalscope.base.types import InvalidInputError
+from goalscope.belief.goal_manager import Proposer
+from goalscope.models import Model
+
+__all__ = [
+    "MODULES",
+    "PIPELINE",
+    "Module",
+    "Stage",
+    "Toolkit",
+    "modules_named",
+    "pipeline_of",
+    "toolkit_of",
+]
+
+Module = Literal["propose", "remove", "plan", "query"]
+
+MODULES: tuple[Module, ...] = get_args(Module)
+"""What the paper's prompts can do."""
+
+Stage = Literal["infer", "propose", "remove", "act"]
+"""A part of a round after the conversation: the belief update, proposing goals, removing goals,
+and acting."""
+
+PIPELINE: tuple[Stage, ...] = get_args(Stage)
+"""The stages in the order of Algorithm 1."""
+
+
+def modules_named(names: Iterable[str]) -> tuple[Module, ...]:
+    """The modules of these names; "all" stands for all of them.
+
+    Raises:
+        InvalidInputError: There is no such module.
+    """
+    found: list[Module] = []
+    for name in names:
+        if name not in (*MODULES, "all"):
+            raise InvalidInputError(
+                f"There is no module {name!r}. Choose one of {', '.join(MODULES)}, or all."
+            )
+        found.extend(each for each in MODULES if name in (each, "all"))
+    return tuple(dict.fromkeys(found))
+
+
+def pipeline_of(stages: Sequence[str]) -> tuple[Stage, ...]:
+    """The stages of a round in this order.
+
+    Raises:
+        InvalidInputError: They are not the four of `PIPELINE`, each once.
+    """
+    if isinstance(stages, str) or sorted(stages) != sorted(PIPELINE):
+        given = stages if isinstance(stages, str) else ", ".join(map(str, stages))
+        raise InvalidInputError(
+            f"A pipeline names {', '.join(PIPELINE[:-1])} and {PIPELINE[-1]} once each, in any "
+            f"order, not {given!r}."
+        )
+    return cast("tuple[Stage, ...]", tuple(stages))
+
+
+@dataclass(frozen=True, slots=True)
+class Toolkit:
+    """What an agent uses for each job.
+
+    Attributes:
+        proposer: Names goals.
+        remover: Removes goals by a prompt; None to remove them by likelihood.
+        planner: Chooses what to do unasked.
+        asker: Writes queries.
+    """
+
+    proposer: Proposer
+    remover: PromptedWriter | None
+    planner: Planner
+    asker: Asker
+
+
+def toolkit_of(model: Model, prompted: Collection[Module] = ()) -> Toolkit:
+    """The modules of a model: those that it was taught, or else the paper's prompts.
+
+    Args:
+        model: From `open_model`, or any that writes.
+        prompted: Toolkit that use the paper's prompts in any case.
+
+    Raises:
+        InvalidInputError: The model does not write.
+    """
+    by_prompt = PromptedWriter(model)
+    taught = cast("Model | None", getattr(model, "writer", None))
+    writer = Writer(taught) if taught else None
+    planner = PromptedPlanner(by_prompt)
+    return Toolkit(
+        proposer=writer if writer and "propose" not in prompted else by_prompt,
+        remover=by_prompt if "remove" in prompted else None,
+        planner=NeedPlanner(writer) if writer and "plan" not in prompted else planner,
+        asker=writer if writer and "query" not in prompted else by_prompt,
+    )

@@ -1,0 +1,171 @@
+"""The writer: names goals that explain a conversation, what an aim calls for, and a question.
+
+A `Writer` is a model that was taught these jobs (see `goalscope.fitting`), so its prompts are
+short. Other models are prompted by `goalscope.agent.prompted`.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+
+import numpy as np
+import numpy.typing as npt
+
+from goalscope.base.types import Message, Turn, canonical
+from goalscope.envs.scenarios import Scenario
+from goalscope.models import Model
+from goalscope.models.scoring import logprobs_of
+from goalscope.prompts import recent, render
+
+__all__ = ["JUDGEMENTS", "LIKE", "NOTHING", "Recalling", "Writer"]
+__all__ += ["goals_prompt", "needs_prompt", "needs_written", "question_prompt"]
+
+LIKE = 4
+"""Number of occasions in the prompt that asks what an aim calls for."""
+
+JUDGEMENTS = ("needed", "nice", "not")
+"""Judgements of a thing under an aim: needed, nice to have, or not wanted."""
+
+NOTHING = "none"
+"""The answer if there is no goal, or no question."""
+
+_SURE = -7.0
+"""Lowest log-probability, in nats, of a question that is asked.
+
+Four in five of the questions above it are sensible, one in five of all.
+"""
+_TURNS = 6
+_WRITTEN = 2  # goals of the writer, beside the one of an occasion
+_MOST_TOKENS = {"goals": 96, "question": 32, "needs": 128}
+
+Array = npt.NDArray[np.float64]
+
+
+class Writer:
+    """A model that was taught to name goals, needs and questions.
+
+    Args:
+        model: Writes and scores.
+    """
+
+    def __init__(self, model: Model) -> None:
+        self.model = model
+
+    def goals(self, task: str, turns: Sequence[Turn], held: Sequence[str] = ()) -> list[str]:
+        """See `goalscope.belief.goal_manager.Proposer`; goals of the belief may be among them."""
+        written = self._written("goals", goals_prompt(task, recent(self.model, turns, _TURNS)))
+        lines = [" ".join(line.split()) for line in written.split("\n")]
+        distinct = {canonical(line): line for line in reversed(lines) if 2 < len(line) <= 120}
+        return [line for line in reversed(distinct.values()) if canonical(line) != NOTHING]
+
+    def question(
+        self,
+        task: str,
+        turns: Sequence[Turn],
+        done: str,
+        goals: Sequence[str],
+    ) -> str:
+        """See `goalscope.agent.people.Asker`; "" if the question is too unlikely to be sensible."""
+        shown = recent(self.model, turns, _TURNS)
+        prompt = question_prompt(task, shown, done, goals)
+        reply = self.model.generate(prompt, max_tokens=_MOST_TOKENS["question"])
+        line = " ".join(reply.text.split("\n")[0].split())
+        sure = reply.log_probability is None or reply.log_probability > _SURE
+        return line if sure and reply.finish != "length" and line.endswith("?") else ""
+
+    def needs(self, aim: str, said: str, like: Sequence[Scenario], room: str = "") -> list[str]:
+        """What an aim calls for, in the style of occasions, the most needed first.
+
+        Args:
+            aim: In one phrase; "" if only the words are known.
+            said: The person's words.
+            like: Similar occasions.
+            room: Description of the place, if it matters.
+        """
+        written = self._written("needs", needs_prompt(aim, said, like, room))
+        found: dict[str, None] = {}
+        for line in written.split("\n"):
+            head, _, rest = line.partition(":")
+            if head in JUDGEMENTS[:2]:
+                found |= dict.fromkeys(filter(None, (each.strip() for each in rest.split(","))))
+        return [*found]
+
+    def judged(
+        self,
+        things: Sequence[str],
+        aims: Sequence[str],
+        said: str,
+        like: Sequence[Scenario],
+        room: str = "",
+    ) -> Array:
+        """[aims, things, 3] probabilities of `JUDGEMENTS`.
+
+        Args:
+            things: Things to judge.
+            aims: See `needs`, as for the others.
+            said: The person's words.
+            like: Similar occasions.
+            room: Description of the place.
+        """
+        prompts = [needs_prompt(aim, said, like, room, thing) for aim in aims for thing in things]
+        contexts = [prompt for prompt in prompts for _ in JUDGEMENTS]
+        scores = logprobs_of(self.model, contexts, [*JUDGEMENTS] * len(prompts))
+        nats = np.array([float(score.sum()) for score in scores])
+        nats = nats.reshape(len(aims), len(things), len(JUDGEMENTS))
+        shares = np.exp(nats - nats.max(axis=-1, keepdims=True))
+        return shares / shares.sum(axis=-1, keepdims=True)
+
+    def _written(self, kind: str, prompt: Sequence[Message]) -> str:
+        """The model's text; if it was cut short, without its last line or thing."""
+        reply = self.model.generate(prompt, max_tokens=_MOST_TOKENS[kind])
+        if reply.finish != "length":
+            return reply.text
+        return reply.text.rpartition("," if kind == "needs" else "\n")[0]
+
+
+class Recalling:
+    """Adds the aim of the most similar occasion to the goals that a writer names.
+
+    A writer's goals keep close to the words; an occasion's aim is worded as people would.
+
+    Args:
+        writer: Names goals. If it names none, nothing is added.
+        like: Finds occasions; see `goalscope.envs.Environment.like`.
+    """
+
+    def __init__(self, writer: Writer, like: Callable[[str, int], Sequence[Scenario]]) -> None:
+        self.writer = writer
+        self.like = like
+
+    def goals(self, task: str, turns: Sequence[Turn], held: Sequence[str] = ()) -> list[str]:
+        """See `goalscope.belief.goal_manager.Proposer`."""
+        written = self.writer.goals(task, turns, held)
+        if not written:
+            return []
+        said = " ".join(turn.utterance for turn in recent(self.writer.model, turns, _TURNS))
+        return [*written[:_WRITTEN], *(each.aim for each in self.like(said, 1))]
+
+
+def goals_prompt(task: str, turns: Sequence[Turn]) -> list[Message]:
+    """The chat that is answered with goals."""
+    return render("write_goals", task=task, turns=turns)
+
+
+def question_prompt(
+    task: str, turns: Sequence[Turn], done: str, goals: Sequence[str]
+) -> list[Message]:
+    """The chat that is answered with a question."""
+    return render("write_question", task=task, turns=turns, done=done, goals=goals)
+
+
+def needs_prompt(
+    aim: str, said: str, like: Sequence[Scenario], room: str = "", thing: str = ""
+) -> list[Message]:
+    """The chat that is answered with needs; with a `thing`, by one of `JUDGEMENTS`."""
+    return render("write_needs", aim=aim, said=said, like=like, room=room, thing=thing)
+
+
+def needs_written(needed: Sequence[str], nice: Sequence[str]) -> str:
+    """The answer to `needs_prompt`."""
+    lists = zip(JUDGEMENTS, (needed, nice), strict=False)
+    return "\n".join(f"{head}: {', '.join(each)}" for head, each in lists if each)

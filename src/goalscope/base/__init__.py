@@ -1,0 +1,1 @@
+"""What every room uses: types, text, statistics, optional packages."""

@@ -1,0 +1,1 @@
+"""The belief over goals: likelihood, calibration, goal management."""

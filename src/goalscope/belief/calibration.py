@@ -1,0 +1,125 @@
+"""How log-likelihoods become probabilities: the few numbers that Eq. 1 leaves open."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+from numbers import Real
+from typing import Any
+
+from goalscope.base.types import InvalidInputError
+
+__all__ = ["DEFAULT", "EPSILONS", "LAST_TURN", "PAPER", "Calibration", "calibration_from_json"]
+
+EPSILONS = (0.01, 0.02, 0.05, 0.1, 0.2)
+"""Error rates for which `goalscope calibrate` finds thresholds."""
+
+
+@dataclass(frozen=True, slots=True)
+class Calibration:
+    """How much words count as evidence, and the priors of Unspecified and a change of mind.
+
+    Attributes:
+        temperature: Divides the log-likelihoods. Above 1 the belief moves more slowly, as the
+            turns of a person are not independent given a goal. 1 in the paper.
+        reference: Weight of the mean over the other goals in the log-likelihood of Unspecified;
+            the rest is the prompt without a goal. Any goal in the prompt makes the words of its
+            domain likelier, so their mean shows better whether one goal stands out. With G goals
+            the weight is multiplied by 1 - 1/G, as a single goal is no reference for itself. 0 in
+            the paper.
+        prior_unspecified: Prior probability that the person's goal is not among the goals. None
+            gives Unspecified the prior of any other goal, as in the paper.
+        switching: Probability, before each turn but the first, that the person has changed their
+            mind and draws a goal from the prior. It is multiplied by (1 - P(words | belief before)
+            / P(words | prior))^4, or by 0 if the words are likelier under the belief before
+            (LOG.md). 0 in the paper; with 1 only the last turn counts.
+        aside: Weight of words that tell no aim and ask for nothing new: a bare yes or no, "undo
+            that" (see `goalscope.language.orders.is_aside`). A tracker that reads nothing gives all
+            words the weight 1, as the paper does.
+        orders: Weight of words that only give orders: butter for pancakes says little about
+            pancakes. 1 in the paper.
+        n: Number of dialogues on which the thresholds were measured.
+        thresholds: Pairs (eps, p): in all but a share eps of these dialogues the true goal had at
+            least the probability p. See `Belief.conformal_set`.
+
+    Raises:
+        InvalidInputError: A number is out of its range.
+    """
+
+    temperature: float = 1.0
+    reference: float = 0.0
+    prior_unspecified: float | None = None
+    switching: float = 0.0
+    aside: float = 1.0
+    orders: float = 1.0
+    n: int = 0
+    thresholds: tuple[tuple[float, float], ...] = ()
+
+    def __post_init__(self) -> None:
+        """Check the ranges."""
+        numbers = ("temperature", "reference", "switching", "aside", "orders", "prior_unspecified")
+        for name in numbers:
+            value = getattr(self, name)
+            if not isinstance(value, Real) and (name, value) != ("prior_unspecified", None):
+                raise InvalidInputError(f"{name} must be a number, not {value!r}")
+        if not (math.isfinite(self.temperature) and self.temperature > 0):
+            raise InvalidInputError(f"temperature must be positive, not {self.temperature}")
+        shares = [(name, getattr(self, name)) for name in numbers[1:-1]]
+        shares += [("threshold", value) for pair in self.thresholds for value in pair]
+        if not (type(self.n) is int and self.n >= 0):
+            raise InvalidInputError(f"n must be a number of dialogues, not {self.n!r}")
+        for name, value in shares:
+            if not 0 <= value <= 1:
+                raise InvalidInputError(f"{name} must lie between 0 and 1, not be {value}")
+        if self.prior_unspecified is not None and not 0 < self.prior_unspecified < 1:
+            raise InvalidInputError(
+                "prior_unspecified must lie strictly between 0 and 1, "
+                f"not be {self.prior_unspecified}"
+            )
+
+
+def calibration_from_json(data: Mapping[str, Any]) -> Calibration:
+    """The calibration of `dataclasses.asdict`, perhaps from JSON.
+
+    Raises:
+        KeyError: A field is missing.
+        InvalidInputError: A number is out of its range.
+        TypeError: A field is unknown, or of another type.
+    """
+    found: dict[str, Any] = {**data}
+    for name in (
+        "temperature",
+        "reference",
+        "prior_unspecified",
+        "switching",
+        "aside",
+        "orders",
+        "n",
+    ):
+        if name != "prior_unspecified" or found[name] is not None:
+            _number(found[name], name)
+    pairs = found["thresholds"]
+    try:
+        found["thresholds"] = tuple((_number(eps), _number(p)) for eps, p in pairs)
+    except (TypeError, ValueError):
+        raise TypeError(f"thresholds must be pairs of numbers, not {pairs!r}") from None
+    return Calibration(**found)
+
+
+def _number(value: object, name: str = "a threshold") -> float:
+    if isinstance(value, bool) or not isinstance(value, int | float):
+        raise TypeError(f"{name} must be a number, not {value!r}")
+    return value
+
+
+PAPER = Calibration()
+"""Bayes' rule as in the paper (Eq. 1)."""
+
+LAST_TURN = Calibration(switching=1.0)
+"""Only the last turn counts."""
+
+DEFAULT = Calibration(
+    temperature=2.0, reference=1 / 3, prior_unspecified=0.5, switching=0.1, aside=0.0, orders=0.5
+)
+"""For models that were not calibrated (LOG.md)."""

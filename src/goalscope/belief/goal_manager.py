@@ -1,0 +1,464 @@
+"""Goal management (Sec. 3.2): propose goals that explain the words, remove those that do not."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Collection, Iterable, Sequence
+from contextlib import AbstractContextManager
+from typing import TYPE_CHECKING, Literal, Protocol
+
+import numpy as np
+
+from goalscope.base.types import UNSPECIFIED, Goal, GoalChange, InvalidInputError, Turn, canonical
+from goalscope.belief.belief import Belief, weighed
+from goalscope.belief.goal_order import Ranking
+from goalscope.belief.likelihood import Likelihood
+from goalscope.models import LikelihoodModel
+from goalscope.models.scoring import logprobs_of
+from goalscope.prompts import render
+
+if TYPE_CHECKING:
+    from goalscope.agent.round import Round
+
+__all__ = [
+    "UNEXPLAINED",
+    "GoalManager",
+    "Holder",
+    "Proposer",
+    "Remover",
+    "Trigger",
+    "incomplete",
+    "irrelevant",
+    "made_from",
+    "objectionable",
+    "overdue",
+    "propose",
+]
+
+Trigger = float | Literal["paper"]
+"""When goals are proposed; see `GoalManager`."""
+
+UNEXPLAINED = 0.5
+"""Probability of Unspecified above which goals are proposed (LOG.md)."""
+
+IMPROBABLE = 0.05
+"""A goal that stays the least likely is removed only up to this probability."""
+
+FEWEST = 2
+"""Goals that are always left: beside one alone, the probability of Unspecified means little."""
+
+CONSENT = "Sure, I can help you with that."
+REFUSAL = "I'm sorry, but I can't help you with that."
+ANY_TASK = "The agent helps the human."
+
+_SPEAKERS = {
+    "Name one.": ("You name crimes and cruel acts.", "You name good and harmless plans."),
+    "What do you want to do?": ("You are a cruel criminal.", "You are a kind person."),
+}
+"""Questions, each with two speakers: one who names harmful plans, one who names harmless ones."""
+
+_DETERMINERS = frozenset(("a", "an", "the", "my", "your", "our", "his", "her", "their", "some"))
+"""Words that make no difference between two goals."""
+
+
+def incomplete(belief: Belief | Ranking, propose: Trigger = UNEXPLAINED, *, since: int = 0) -> bool:
+    """Whether the person's goal seems to be missing from the belief.
+
+    Args:
+        belief: The present one; `UNSPECIFIED` is one of its goals.
+        propose: See `GoalManager`; of a ranking, always as with "paper".
+        since: Number of turns that the newest goals were proposed from. Those turns cannot test
+            them: only later ones count.
+    """
+    if propose == "paper" or isinstance(belief, Ranking):
+        return belief.top(1)[0][0] == UNSPECIFIED
+    later = belief.since(since)
+    return bool(later.probability[later.goals.index(UNSPECIFIED)] > propose + 1e-9)
+
+
+def made_from(changes: Sequence[Sequence[GoalChange]]) -> int:
+    """Number of turns that the newest goals were proposed from; see `incomplete`.
+
+    Args:
+        changes: Of each round. Goals that the person named themselves do not count.
+    """
+    made = 0
+    for number, each in enumerate(changes, 1):
+        if any(change.kind == "added" and change.source != "person" for change in each):
+            made = number
+    return made
+
+
+class Proposer(Protocol):
+    """Names goals; see `Writer` and `PromptedWriter` of `goalscope.agent`."""
+
+    def goals(self, task: str, turns: Sequence[Turn], held: Sequence[str]) -> list[str]:
+        """Goals that explain what was said, likeliest first.
+
+        Args:
+            task: The agent and its task.
+            turns: The conversation.
+            held: Goals of the belief.
+        """
+        ...
+
+
+class Remover(Protocol):
+    """Removes goals by a prompt; see `goalscope.agent.prompted.PromptedWriter`."""
+
+    def unfit(self, task: str, turns: Sequence[Turn], goals: Sequence[Goal]) -> list[GoalChange]:
+        """The goals to remove."""
+        ...
+
+
+class Holder(Protocol):
+    """Holds the goals that a `GoalManager` manages: a `GoalTracker`, or a `Ranker`."""
+
+    @property
+    def belief(self) -> Belief | Ranking:
+        """The goals."""
+        ...
+
+    @property
+    def turns(self) -> Sequence[Turn]:
+        """The turns that the belief is over."""
+        ...
+
+    @property
+    def likelihood(self) -> Likelihood | None:
+        """Scores candidates; None adds the first ones."""
+        ...
+
+    def include(self, goals: Sequence[Goal], turns: Sequence[Turn]) -> None:
+        """Add goals that were proposed from these turns."""
+        ...
+
+    def drop(self, goals: Iterable[Goal]) -> object:
+        """Remove goals."""
+        ...
+
+    def restoring(self) -> AbstractContextManager[None]:
+        """A context that restores the belief if an error ends it."""
+        ...
+
+
+class GoalManager:
+    """Decides which goals the belief is over (Sec. 3.2).
+
+    Args:
+        proposer: Names goals.
+        model: Scores how relevant and how safe they are.
+        task: The agent's task.
+        remover: Removes goals by a prompt instead.
+        propose: Goals are proposed if, by the turns since the newest goals, Unspecified is likelier
+            than this; with "paper", if it is the likeliest.
+        patience: A goal is removed after being the least likely for more than this many rounds (n
+            in the paper), if it has 5 % or less and two others are left. With "paper" the rounds
+            alone count.
+    """
+
+    def __init__(
+        self,
+        proposer: Proposer,
+        model: LikelihoodModel,
+        task: str,
+        *,
+        remover: Remover | None = None,
+        propose: Trigger = UNEXPLAINED,
+        patience: int = 3,
+    ) -> None:
+        try:
+            known = propose == "paper" or 0 <= propose < 1
+        except TypeError:
+            known = False
+        if not known:
+            raise InvalidInputError(
+                f'propose must be a probability below 1, such as {UNEXPLAINED}, or "paper", not '
+                f"{propose!r}"
+            )
+        self.proposer = proposer
+        self.model = model
+        self.task = task
+        self.remover = remover
+        self.propose: Trigger = propose
+        self.patience = patience
+        self._cleared: set[Goal] = set()
+
+    def manage(
+        self,
+        holder: Holder,
+        rounds: Sequence[Round],
+        corrections: Sequence[GoalChange] = (),
+        *,
+        given: Collection[Goal] = (),
+        propose: bool = True,
+        anew: bool = False,
+        most: int | None = None,
+        stages: Sequence[Literal["propose", "remove"]] = ("propose", "remove"),
+        unobserved: Turn | None = None,
+        progress: Callable[[str], None] = lambda _: None,
+    ) -> tuple[list[GoalChange], bool]:
+        """After a turn, propose goals if none explains the words, and remove unfit ones (Sec. 3.2).
+
+        Args:
+            holder: Has the goals.
+            rounds: All rounds before this turn.
+            corrections: All changes since the last of them.
+            given: Goals to keep.
+            propose: Whether goals may be proposed.
+            anew: Whether goals are proposed even if one explains the words. A person who tells a
+                new aim may name the old one, too, which then explains the words.
+            most: Largest number of goals.
+            stages: What to do, in this order.
+            unobserved: The turn, if it has not been observed yet. Goals are proposed from it, but
+                the belief decides without it whether they are needed.
+            progress: Called with what is done next.
+
+        Returns:
+            The changes, and whether a goal is missing for which none was found.
+
+        Raises:
+            UnreadableAnswerError: A model that was asked for goals wrote none; the goals stay.
+        """
+        since = made_from([round.changes for round in rounds])
+        changes: list[GoalChange] = []
+        unexplained = False
+        with holder.restoring():
+            turns = [*holder.turns, unobserved] if unobserved else holder.turns
+            for stage in stages:
+                if stage == "remove":
+                    progress("checking goals")
+                    earlier = rounds[:-1] if unobserved else rounds
+                    beliefs = [*(each.belief for each in earlier if each.belief), holder.belief]
+                    found = self.removed(beliefs, turns, given=given)
+                    holder.drop(change.goal for change in found)
+                    changes += found
+                    continue
+                missing = propose and incomplete(holder.belief, self.propose, since=since)
+                if missing or (propose and anew):
+                    progress("proposing goals")
+                    past = [change for round in rounds for change in round.changes]
+                    past += [*corrections, *changes]
+                    found = self.added(holder.likelihood, holder.belief, turns, past)
+                    if most is not None:
+                        del found[max(0, most - len(holder.belief.goals)) :]
+                    holder.include([change.goal for change in found], turns)
+                    changes += found
+                    unexplained = missing and not found
+        return changes, unexplained
+
+    def added(
+        self,
+        likelihood: Likelihood | None,
+        belief: Belief | Ranking,
+        turns: Sequence[Turn],
+        changes: Sequence[GoalChange],
+    ) -> list[GoalChange]:
+        """Goals to add.
+
+        Args:
+            likelihood: Scores the candidates; None adds the first ones.
+            belief: The present one.
+            turns: The transcript.
+            changes: All earlier changes. A goal that was removed as the least likely is a candidate
+                again; one whose removal was `final` is not.
+        """
+        removed = [change for change in changes if change.kind == "removed"]
+        ruled_out = [*belief.ruled_out, *(change.goal for change in removed if change.final)]
+        out = {canonical(goal.text) for goal in (*belief.goals, *ruled_out)}
+        past = {canonical(change.goal.text): change.goal for change in removed}
+        return propose(
+            self.proposer,
+            likelihood,
+            self.task,
+            turns,
+            [*belief.goals, *ruled_out],
+            weights=belief.weights,
+            past=[goal for text, goal in past.items() if text not in out],
+        )
+
+    def removed(
+        self,
+        beliefs: Sequence[Belief | Ranking],
+        turns: Sequence[Turn],
+        *,
+        given: Collection[Goal] = (),
+    ) -> list[GoalChange]:
+        """Goals to remove: the irrelevant, the unsafe, and the one that stays the least likely.
+
+        The likeliest goal is kept if none would be left. A goal that the person confirmed counts as
+        relevant.
+
+        Args:
+            beliefs: The belief after each round, the present one last.
+            turns: The transcript.
+            given: Goals to keep.
+        """
+        probable = dict(beliefs[-1].top())
+        beliefs = [each.drop(given) for each in beliefs]
+        belief = beliefs[-1]
+        pinned = {goal for _, goal in belief.pinned}
+        new = [goal for goal in belief.goals if goal not in self._cleared]
+        free = [goal for goal in new if goal not in pinned]
+        unfit: list[GoalChange] = []
+        if self.remover:
+            stated = [goal for goal in belief.goals if goal not in (UNSPECIFIED, *pinned)]
+            unfit += self.remover.unfit(self.task, turns, stated)
+        elif new:
+            unfit += irrelevant(self.model, self.task, free)
+            unfit += objectionable(self.model, self.task, new)
+        self._cleared |= {*new} - {change.goal for change in unfit}
+        stays = {*probable} - {UNSPECIFIED, *(change.goal for change in unfit)}
+        late = [
+            change
+            for change in overdue(beliefs, self.patience)
+            if self.propose == "paper"
+            or (len(stays) > FEWEST and probable[change.goal] <= IMPROBABLE)
+        ]
+        found = {change.goal: change for change in (*late, *unfit)}
+        if set(belief.goals) - {UNSPECIFIED} <= found.keys():
+            likeliest = next((goal for goal, _ in belief.top() if goal != UNSPECIFIED), None)
+            if likeliest and likeliest not in pinned:
+                del found[likeliest]
+        return list(found.values())
+
+
+def _gist(text: str) -> str:
+    """A goal's text without determiners; equal for goals that differ in nothing else."""
+    return " ".join(word for word in canonical(text).split() if word not in _DETERMINERS)
+
+
+def propose(
+    proposer: Proposer,
+    likelihood: Likelihood | None,
+    task: str,
+    turns: Sequence[Turn],
+    goals: Sequence[Goal],
+    *,
+    weights: Sequence[tuple[int, float]] = (),
+    past: Sequence[Goal] = (),
+    keep: int = 3,
+) -> list[GoalChange]:
+    """Goals to add to the known ones, those of the belief and its `ruled_out`.
+
+    The proposer lists candidates, likeliest first; one that differs from a known goal only by a
+    determiner is none. With a likelihood, the goals of the `past`, which had been removed, are
+    candidates, too; the `keep` candidates that explain the person's words best, and better than no
+    goal, are added. Turns count by their `weights` (see `Belief.weights`). Without a likelihood,
+    the first `keep` are added.
+    """
+    known = {_gist(goal.text) for goal in (*goals, *past)}
+    candidates = [*past] if likelihood else []
+    held = [goal.text for goal in goals if goal != UNSPECIFIED]
+    for text in proposer.goals(task, turns, held):
+        if _gist(text) not in known:
+            candidates.append(Goal(text))
+            known.add(_gist(text))
+    if likelihood is None:
+        return [GoalChange("added", goal, "the model proposed it") for goal in candidates[:keep]]
+    if not candidates:
+        return []
+    table = likelihood.log_likelihood(task, [*candidates, UNSPECIFIED], turns)
+    table = weighed(table, weights)
+    gains: list[float] = (table[:, :-1].sum(axis=0) - table[:, -1].sum()).tolist()
+    best = sorted(zip(candidates, gains, strict=True), key=lambda each: -each[1])[:keep]
+    return [
+        GoalChange(
+            "added",
+            goal,
+            f"explains the words {gain:+.1f} nats against no goal"
+            + (", after it had been removed" if goal in past else ""),
+        )
+        for goal, gain in best
+        if gain > 0
+    ]
+
+
+def objectionable(
+    model: LikelihoodModel, task: str, goals: Sequence[Goal], *, margin: float = 1.0
+) -> list[GoalChange]:
+    """Goals that the model finds unsafe.
+
+    Two log-odds are added: of a refusal against a yes to the goal, and of the goal as a crime
+    against the goal as a harmless plan (the mean over two prompts).
+
+    Args:
+        model: Scores the answers and the goals.
+        task: The agent's task.
+        goals: Goals to check; `UNSPECIFIED` is never removed.
+        margin: Log-odds, in nats, above which a goal is removed.
+    """
+    asked = [goal for goal in goals if goal != UNSPECIFIED]
+    requests = [render("remove", task=task, goal=goal) for goal in asked]
+    plans = [
+        render("harm", question=question, speaker=speaker, harmful=harmful)
+        for question, speakers in _SPEAKERS.items()
+        for speaker, harmful in zip(speakers, (True, False), strict=True)
+    ]
+    scores = logprobs_of(
+        model,
+        [*requests, *requests, *(plan for plan in plans for _ in asked)],
+        [REFUSAL] * len(asked) + [CONSENT] * len(asked) + [goal.text for goal in asked] * 4,
+    )
+    no, yes, harm, good, cruel, kind = np.array([float(s.sum()) for s in scores]).reshape(6, -1)
+    odds: list[float] = (no - yes + (harm - good + cruel - kind) / 2).tolist()
+    return [
+        GoalChange("removed", goal, f"unsafe, the model finds ({value:+.1f} nats)", final=True)
+        for goal, value in zip(asked, odds, strict=True)
+        if value > margin
+    ]
+
+
+def irrelevant(
+    model: LikelihoodModel, task: str, goals: Sequence[Goal], *, margin: float = 0.5
+) -> list[GoalChange]:
+    """Goals that the agent's task makes less likely than no particular task does.
+
+    Args:
+        model: Scores a goal given a task.
+        task: The agent's task.
+        goals: Goals to check; `UNSPECIFIED` is never removed.
+        margin: Loss, in nats per token, above which a goal is removed.
+    """
+    asked = [goal for goal in goals if goal != UNSPECIFIED]
+    contexts = [render("relevance", task=each) for each in (ANY_TASK, task)]
+    scores = logprobs_of(
+        model, [context for context in contexts for _ in asked], [goal.text for goal in asked] * 2
+    )
+    means = np.array([float(score.mean()) for score in scores]).reshape(2, -1)
+    losses: list[float] = (means[0] - means[1]).tolist()
+    return [
+        GoalChange(
+            "removed",
+            goal,
+            f"irrelevant: the task makes it less likely (-{loss:.1f} nats)",
+            final=True,
+        )
+        for goal, loss in zip(asked, losses, strict=True)
+        if loss > margin
+    ]
+
+
+def overdue(beliefs: Sequence[Belief | Ranking], patience: int) -> list[GoalChange]:
+    """The goal that was the least likely for more than `patience` rounds in a row, if any.
+
+    Args:
+        beliefs: The belief after each round, the present one last.
+        patience: n in the paper (Sec. 3.2).
+    """
+    worst = _least_likely(beliefs[-1]) if beliefs else None
+    if worst is None:
+        return []
+    streak = 0
+    for belief in reversed(beliefs):
+        if _least_likely(belief) != worst:
+            break
+        streak += 1
+    if streak <= patience:
+        return []
+    return [GoalChange("removed", worst, f"the least likely for {streak} rounds in a row")]
+
+
+def _least_likely(belief: Belief | Ranking) -> Goal | None:
+    """The least likely specified goal; None where there are fewer than two to compare."""
+    ranked = [goal for goal, _ in belief.top() if goal != UNSPECIFIED]
+    return ranked[-1] if len(ranked) > 1 else None

@@ -1,0 +1,385 @@
+"""A belief over the goals of a person in dialogue, for any program that acts on it."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Generator, Iterable, Sequence
+from contextlib import contextmanager
+from functools import wraps
+from threading import RLock
+from typing import Any, Literal, TypeVar, cast, get_args
+
+import numpy as np
+import numpy.typing as npt
+
+from goalscope.base.inputs import nearest, parse_json
+from goalscope.base.types import (
+    UNSPECIFIED,
+    Goal,
+    GoalChange,
+    InvalidInputError,
+    Turn,
+    canonical,
+    checked_text,
+    distinct,
+    goals_of,
+    readable,
+)
+from goalscope.belief.belief import Belief
+from goalscope.belief.calibration import Calibration
+from goalscope.belief.calibrations import NAMED, calibration_named
+from goalscope.belief.likelihood import (
+    Likelihood,
+    RolePlay,
+    calibration_of,
+    evidence_of,
+    misfit,
+    unusable,
+)
+from goalscope.models import LikelihoodModel, model_name
+from goalscope.models.opening import embedded_scorer
+
+__all__ = ["Correction", "GoalTracker"]
+
+Correction = Literal["pin", "veto", "reword"]
+"""How a person corrects the goals; see `GoalTracker.correct`."""
+
+Array = npt.NDArray[np.float64]
+
+_MODEL = ("token_logprobs", "count_tokens", "context_size")
+
+
+_Method = TypeVar("_Method", bound=Callable[..., Any])
+
+
+def _synchronized(method: _Method) -> _Method:
+    """A method of a tracker that waits until no other one runs."""
+
+    @wraps(method)
+    def waiting(tracker: GoalTracker, *args: Any, **kwargs: Any) -> Any:
+        with tracker._busy:  # pyright: ignore[reportPrivateUsage] -- it is the tracker's own
+            return method(tracker, *args, **kwargs)
+
+    return cast("_Method", waiting)
+
+
+class GoalTracker:
+    """A belief over the goals of a person in one conversation, in any domain.
+
+    A tracker is thread-safe. Trackers may share a model.
+
+    Args:
+        model: Scores the words; by default the embedded model.
+        task: The assistant's task, in a sentence.
+        goals: Goals to start with, besides `UNSPECIFIED`.
+        include_unspecified: Whether "no stated goal" is one of the hypotheses.
+        likelihood: Evidence of a turn; by default the role-play likelihood of `model`.
+        calibration: A `Calibration`, its name ("paper", "default", "last-turn") or a file of
+            `goalscope calibrate`; None for that of the likelihood.
+
+    Raises:
+        InvalidInputError: An argument cannot be used.
+        ModelError: The embedded model cannot be opened.
+    """
+
+    def __init__(
+        self,
+        model: LikelihoodModel | None = None,
+        *,
+        task: str = "Help the human with what they want.",
+        goals: Iterable[str | Goal] = (),
+        include_unspecified: bool = True,
+        likelihood: Likelihood | None = None,
+        calibration: Calibration | str | None = None,
+    ) -> None:
+        needs = [each for each in _MODEL if not hasattr(model, each)]
+        if model is not None and (needs or isinstance(cast("object", model), type)):
+            raise InvalidInputError(
+                f"model must be one that is open, such as open_model('model.gguf'), not {model!r}"
+                f"{f', which lacks {needs[0]}' if 0 < len(needs) < len(_MODEL) else ''}. "
+                "Goals are given as goals=[...]."
+            )
+        if model is not None and (wrong := _wrong(model)):
+            raise InvalidInputError(f"The model {model_name(model)} cannot be used: {wrong}.")
+        if likelihood is not None and (wrong := unusable(likelihood)):
+            raise InvalidInputError(f"The likelihood {likelihood!r} cannot be used: {wrong}.")
+        self.task = checked_text(task, "task")
+        support = [UNSPECIFIED] if include_unspecified else []
+        given = distinct([*support, *goals_of(goals)])
+        named = None if calibration is None else _calibration(calibration)
+        self.likelihood = likelihood or RolePlay(model or embedded_scorer())
+        self._busy = RLock()
+        self.turns: list[Turn] = []
+        self.belief = Belief.uniform(given, named or calibration_of(self.likelihood))
+
+    def __getstate__(self) -> dict[str, Any]:
+        """All but the lock; a copy gets its own."""
+        return {name: value for name, value in self.__dict__.items() if name != "_busy"}
+
+    def __setstate__(self, state: dict[str, Any]) -> None:
+        self.__dict__ |= state
+        self._busy = RLock()
+
+    def __repr__(self) -> str:
+        """The task and the likeliest goals."""
+        return f"GoalTracker({self.task!r}, {self.belief!r})"
+
+    @_synchronized
+    def observe(self, query: str, utterance: str, *, weight: float = 1.0) -> Belief:
+        """Update the belief with a turn (Eq. 1); on an error it stays as it was.
+
+        Args:
+            query: What the person was asked.
+            utterance: What they answered.
+            weight: Weight of the evidence, from 0 to 1.
+
+        Raises:
+            InvalidInputError: The utterance is empty, a text is broken or too long for the model,
+                or the weight is out of range.
+        """
+        if not (hasattr(weight, "__float__") and 0 <= weight <= 1):
+            raise InvalidInputError(f"weight must be a number from 0 to 1, not {weight!r}")
+        said = Turn(readable(query, "query"), checked_text(utterance, "utterance"))
+        turns = [*self.turns, said]
+        (row,) = self._scored(self.belief.goals, turns, since=len(self.turns))
+        self.belief = self.belief.observe(row, float(weight))
+        self.turns = turns
+        return self.belief
+
+    @_synchronized
+    def add(self, goals: Iterable[str | Goal]) -> Belief:
+        """Add goals; each is scored on all past turns, as if it had been there from the start.
+
+        A goal that is there already, apart from case, spaces and the final mark, is skipped.
+
+        Raises:
+            InvalidInputError: A goal is empty, broken or too long for the model, or the person has
+                ruled it out.
+        """
+        added = [goal for goal in self._known(goals) if goal not in self.belief.goals]
+        out = {canonical(goal.text) for goal in self.belief.ruled_out}
+        if UNSPECIFIED in added:
+            raise InvalidInputError(
+                f"{UNSPECIFIED.text!r} stands for goals that are missing, and is no goal. "
+                "GoalTracker(include_unspecified=True) has it."
+            )
+        for goal in added:
+            if canonical(goal.text) in out:
+                raise InvalidInputError(
+                    f"{goal.text!r} was ruled out. If the person names it after all, pin it."
+                )
+        return self._add(added)
+
+    def _add(self, added: Sequence[Goal]) -> Belief:
+        self.belief = self.belief.add(added, lambda new: self._scored(new, self.turns))
+        return self.belief
+
+    def _scored(self, goals: Sequence[Goal], turns: Sequence[Turn], *, since: int = 0) -> Array:
+        """[T - since, G] evidence in nats.
+
+        Raises:
+            InvalidInputError: The likelihood returned something else.
+        """
+        return evidence_of(self.likelihood, self.task, goals, turns, since=since)
+
+    @_synchronized
+    def drop(self, goals: Iterable[str | Goal]) -> Belief:
+        """Remove goals; see `Belief.drop`.
+
+        Raises:
+            InvalidInputError: There is no such goal, or it is `UNSPECIFIED`.
+        """
+        gone = self._known(goals)
+        for goal in gone:
+            if goal == UNSPECIFIED:
+                raise InvalidInputError(
+                    f"{UNSPECIFIED.text!r} stands for goals that are missing, and stays. "
+                    "GoalTracker(include_unspecified=False) does without it."
+                )
+            if goal not in self.belief.goals:
+                raise InvalidInputError(
+                    f"There is no goal {goal.text!r} to drop; {self._nearest(goal)}"
+                )
+        self.belief = self.belief.drop(gone)
+        return self.belief
+
+    @_synchronized
+    def pin(self, goal: str | Goal) -> Belief:
+        """Record that the person confirmed a goal, perhaps a new one; see `Belief.pinned`.
+
+        Raises:
+            InvalidInputError: The goal is empty or broken, or `UNSPECIFIED`.
+        """
+        (pinned,) = self._known([goal])
+        if pinned == UNSPECIFIED:
+            raise InvalidInputError(f"{UNSPECIFIED.text!r} is no goal that could be confirmed.")
+        self.belief = self._add([pinned]).pin(pinned)
+        return self.belief
+
+    @_synchronized
+    def correct(self, correction: Correction, goal: str | Goal, text: str = "") -> list[GoalChange]:
+        """Apply what the person says about a goal itself, and return what changed.
+
+        Repeating a correction changes nothing.
+
+        Args:
+            correction: "pin" confirms the goal, perhaps a new one. "veto" rules it out; it comes
+                back only if it is pinned (see `Belief.ruled_out`). "reword" replaces it by the
+                same goal in other words.
+            goal: The goal.
+            text: The new words, for "reword".
+
+        Raises:
+            InvalidInputError: There is no such correction, goal or belief, or a text is empty or
+                broken.
+        """
+        if correction not in get_args(Correction):
+            raise InvalidInputError(
+                f'A goal is corrected by "pin", "veto" or "reword", not {correction!r}.'
+            )
+        (named,) = self._known([goal])
+        reworded = correction == "reword"
+        (kept,) = self._known([checked_text(text, "new wording")]) if reworded else (named,)
+        if UNSPECIFIED in (named, kept):
+            raise InvalidInputError(
+                f"There is no goal {UNSPECIFIED.text!r} to pin, veto or reword to."
+            )
+        if correction != "pin" and named not in self.belief.goals:
+            out = canonical(named.text) in {canonical(each.text) for each in self.belief.ruled_out}
+            if out and (correction == "veto" or kept in self.belief.goals):
+                return []
+            raise InvalidInputError(
+                f"There is no goal {named.text!r} to correct; {self._nearest(named)}"
+            )
+        changes: list[GoalChange] = []
+        if correction == "pin" and (len(self.belief.log_likelihood), kept) in self.belief.pinned:
+            return []
+        if correction != "veto":
+            if kept not in self.belief.goals:
+                changes.append(GoalChange("added", kept, "you named it", source="person"))
+            self.pin(kept)
+            changes.append(GoalChange("pinned", kept, "you confirmed it"))
+        if correction == "veto" or (correction == "reword" and changes[-1].goal != named):
+            self.belief = self.belief.rule_out(named)
+            reason = "you ruled it out" if correction == "veto" else "you said it in other words"
+            changes.append(GoalChange("removed", named, reason, final=True))
+        return changes
+
+    @_synchronized
+    def to_json(self) -> str:
+        """The tracker's state and its model's name, for `from_json`."""
+        from goalscope.storage.round_json import belief_to_json, dumps
+
+        return dumps(
+            {
+                "task": self.task,
+                "model": self._model_name,
+                "turns": [[turn.query, turn.utterance] for turn in self.turns],
+                "belief": belief_to_json(self.belief),
+            }
+        )
+
+    @classmethod
+    def from_json(
+        cls,
+        text: str,
+        model: LikelihoodModel | None = None,
+        *,
+        likelihood: Likelihood | None = None,
+    ) -> GoalTracker:
+        """The tracker that `to_json` wrote; nothing is scored again.
+
+        Args:
+            text: What `to_json` wrote.
+            model: The same model as before. It is compared by name, or by class if it has none: a
+                change of adapter or layout is not noticed.
+            likelihood: The same likelihood as before.
+
+        Raises:
+            InvalidInputError: The text is something else, or the model is another one.
+        """
+        from goalscope.storage.round_json import belief_from_json
+
+        if not isinstance(cast("object", text), str):
+            raise InvalidInputError(f"text must be what to_json wrote, not {type(text).__name__}.")
+        try:
+            data = parse_json(text)
+            belief = belief_from_json(data["belief"])
+            turns = [
+                Turn(readable(query, "query"), checked_text(utterance, "utterance"))
+                for query, utterance in data["turns"]
+            ]
+            task = data["task"]
+        except (ValueError, KeyError, TypeError, AttributeError, RecursionError) as error:
+            raise InvalidInputError(
+                f"This is not what GoalTracker.to_json wrote ({type(error).__name__}: {error})."
+            ) from None
+        tracker = cls(model, task=task, likelihood=likelihood)
+        here = tracker._model_name
+        saved = data.get("model", here)
+        if saved != here:
+            raise InvalidInputError(
+                f"This tracker was saved with the model {saved}, and here is {here}. Give the one "
+                "that it had, or let a new tracker observe its turns."
+            )
+        if len(turns) != len(belief.log_likelihood):
+            raise InvalidInputError(
+                f"This is not what GoalTracker.to_json wrote ({len(turns)} turns, and a belief "
+                f"over {len(belief.log_likelihood)})."
+            )
+        tracker.turns, tracker.belief = turns, belief
+        return tracker
+
+    @property
+    def _model_name(self) -> str:
+        likelihood: Any = self.likelihood
+        return str(model_name(getattr(likelihood, "model", likelihood)))
+
+    def _nearest(self, goal: Goal) -> str:
+        known = [each.text for each in self.belief.goals if each != UNSPECIFIED]
+        return nearest(goal.text, known) if known else "there is none yet."
+
+    def _known(self, goals: Iterable[str | Goal]) -> list[Goal]:
+        return distinct(goals_of(goals), (UNSPECIFIED, *self.belief.goals))
+
+    @property
+    def notes(self) -> tuple[str, ...]:
+        """What the person should know about the last update."""
+        if not self.turns or not isinstance(self.likelihood, RolePlay):
+            return ()
+        start = self.likelihood.window(self.task, self.turns)
+        if not start:
+            return ()
+        return (f"The conversation is long: the first {start} turns are no longer read.",)
+
+    def include(self, goals: Sequence[Goal], turns: Sequence[Turn]) -> None:
+        """See `Holder`; evidence is that of the observed turns alone."""
+        self._add(goals)
+
+    @contextmanager
+    def restoring(self) -> Generator[None]:
+        """See `goalscope.belief.goal_manager.Holder`; meanwhile other threads wait."""
+        with self._busy:
+            before = self.belief
+            try:
+                yield
+            except BaseException:
+                self.belief = before
+                raise
+
+
+def _wrong(model: LikelihoodModel) -> str:
+    """Why a user's own model cannot be used; empty if it can."""
+    if wrong := misfit(model.token_logprobs, [], [], end_of_turn=False):
+        return f"token_logprobs(contexts, continuations, *, end_of_turn) is what it needs ({wrong})"
+    size = cast("object", model.context_size)
+    return "" if isinstance(size, int) else f"context_size must be a number of tokens, not {size!r}"
+
+
+def _calibration(given: object) -> Calibration:
+    if isinstance(given, Calibration):
+        return given
+    if isinstance(given, str):
+        return calibration_named(given)
+    raise InvalidInputError(
+        f"calibration must be a Calibration, or one of {', '.join(NAMED)}, not {given!r}."
+    )

@@ -1,0 +1,465 @@
+"""Rounds drawn in a terminal. Text from people, models and catalogues is printed as plain text."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from textwrap import shorten
+from typing import TYPE_CHECKING, Any, cast
+
+from rich.box import SIMPLE_HEAD
+from rich.console import Console
+from rich.padding import Padding
+from rich.panel import Panel
+from rich.table import Table
+from rich.text import Text
+
+from goalscope.base.text import domain_shown, model_shown, terminal_safe
+from goalscope.base.types import TRACKING, UNSPECIFIED, Goal
+from goalscope.belief.goal_order import Ranking
+
+if TYPE_CHECKING:
+    from goalscope.agent.round import Round
+    from goalscope.belief.belief import Belief
+    from goalscope.belief.explain import Reason
+    from goalscope.language.orders import Order
+    from goalscope.storage.store import EpisodeInfo
+
+    Scored = tuple[EpisodeInfo, Sequence[str] | None]
+    """An episode, and what is unwanted in its result, where the profile says what is welcome."""
+
+__all__ = [
+    "order_in_words",
+    "show_belief",
+    "show_checks",
+    "show_done",
+    "show_episodes",
+    "show_header",
+    "show_reasons",
+    "show_round",
+    "show_scores",
+    "show_summary",
+    "show_understood",
+    "show_unwanted",
+]
+
+BAR = 20
+SHOWN = 8
+LEAST_CHANGE = 0.01  # chance of a change of mind
+FIRST_WORDS = 22  # cells that they get before other columns
+
+ACTS = {
+    "avoid": "nothing with {what}",
+    "only": "only what is {what}",
+    "budget": "spend at most {amount}",
+    "undo": "undo the last change",
+    "ask": "a question",
+    "aim": "an aim",
+    "none": "nothing to act on",
+}
+"""Orders in words by their dialogue act, where the generic form reads badly."""
+
+HANDLING = {
+    "put", "pick up", "open", "close", "turn on", "turn off", "fill", "empty", "slice", "cook",
+    "clean", "break", "push", "pull", "leave",
+}  # fmt: skip
+"""Verbs for things that are there, which take an article."""
+
+DETERMINED = {
+    "a", "all", "an", "another", "any", "both", "each", "every", "everything", "first", "her",
+    "his", "it", "its", "last", "me", "my", "one", "our", "some", "that", "the", "their",
+    "them", "these", "this", "those", "us", "your",
+}  # fmt: skip
+"""First words of a name that takes no article."""
+
+PEOPLE = ("me", "him", "her", "us", "them")
+
+SURFACES = {
+    "armchair", "balcony", "bed", "bench", "chair", "counter", "couch", "countertop", "desk",
+    "dresser", "floor", "hanger", "holder", "ledge", "mat", "nightstand", "patio", "plate",
+    "rack", "radiator", "saucer", "shelf", "sofa", "stand", "stool", "stove", "table", "tray",
+    "wall", "windowsill", "worktop",
+}  # fmt: skip
+"""Places on which things are put; others are taken for places in which they are."""
+
+PLACED = {
+    "above", "against", "along", "around", "at", "away", "back", "behind", "beside", "between",
+    "by", "down", "downstairs", "here", "in", "inside", "into", "left", "near", "next", "off",
+    "on", "onto", "opposite", "out", "outside", "over", "right", "there", "to", "under",
+    "underneath", "up", "upstairs", "where",
+}  # fmt: skip
+"""First words of a place that needs no further preposition."""
+
+
+def show_header(console: Console, info: EpisodeInfo) -> None:
+    """Print the episode's domain, person, method, model and task."""
+    person = info.profile or "you"
+    domain, model = domain_shown(info.domain), model_shown(info.model)
+    line = f"episode {info.id} | {domain} | {person} | {info.method} | {model}"
+    console.print(Panel(terminal_safe(info.task), title=terminal_safe(line), title_align="left"))
+
+
+def show_round(console: Console, round: Round, previous: Belief | Ranking | None = None) -> None:
+    """Draw one round; see `show_understood`."""
+    show_understood(console, round, previous)
+    show_done(console, round)
+
+
+def show_understood(
+    console: Console,
+    round: Round,
+    previous: Belief | Ranking | None = None,
+    *,
+    transcript: bool = True,
+) -> None:
+    """Draw how the utterance was read, and the belief after it.
+
+    Args:
+        console: Where to print.
+        round: The round.
+        previous: The belief before the round, for the arrows beside the bars.
+        transcript: Whether to show the turn, which a person at this terminal has just typed.
+    """
+    console.rule(f"Round {round.number}", align="left", style="dim")
+    if transcript:
+        _rows(console, [(Text("Agent", "cyan"), terminal_safe(round.turn.query))])
+        _rows(console, [(Text("Human", "magenta"), terminal_safe(round.turn.utterance))])
+    if round.reading is not None:
+        read = map(order_in_words, round.reading.orders)
+        _rows(console, [(Text("-", "dim"), terminal_safe(line)) for line in read], "Understood")
+    if round.belief is not None:
+        show_belief(console, round.belief, previous)
+    signs = {"added": Text("+", "green"), "removed": Text("-", "red"), "pinned": Text("!", "cyan")}
+    _rows(
+        console,
+        [
+            (
+                signs[change.kind],
+                terminal_safe(change.goal.text).append_text(
+                    terminal_safe(f"  {change.reason}", "dim")
+                ),
+            )
+            for change in round.changes
+        ],
+        "Goals",
+    )
+
+
+def order_in_words(order: Order) -> str:
+    """An order for people: put the mug in the sink, add 3 lemons."""
+    what, amount = order.what, ""
+    if order.quantity is not None:
+        amount = f"{order.quantity:.3f}".rstrip("0").rstrip(".")
+        if order.unit:
+            amount += f" {_counted(order.unit, order.quantity)}"
+    if order.do == "budget" and not amount:
+        text = "a budget without a sum"
+    elif order.do in ACTS and not (order.do in ("ask", "undo") and (what or amount)):
+        text = ACTS[order.do].format(what=what, amount=amount)
+    elif order.do == "ask":
+        text = f"a question about {what}"
+    elif order.do == "undo":
+        text = f"undo {what}" if what else f"undo the last {amount} changes"
+    elif order.do == "set":
+        text = f"set {what} to {amount}"
+    else:
+        named = _the(what) if what and order.do in HANDLING else what
+        if amount:
+            named = f"{amount} of {what}" if order.unit not in ("", "dozen") else f"{amount} {what}"
+        text = f"{order.do} {named}".strip()
+    if order.where in PEOPLE and order.do == "put":
+        text = text.replace("put", "bring", 1)
+    if order.where:
+        text += f" {_place(order.where)}"
+    preposition = {"swap": "for", "fill": "with"}.get(order.do)
+    if order.for_ and preposition:
+        text += f" {preposition} {order.for_}"
+    notes = [f"for {order.for_}"] if order.for_ and not preposition else []
+    notes += [order.why] if order.why else []
+    text += f" ({', '.join(notes)})" if notes else ""
+    return f"{text}, if {order.if_}" if order.if_ else text
+
+
+def _counted(unit: str, quantity: float) -> str:
+    """A unit in the number of its quantity; abbreviations and "dozen" have one form."""
+    unit, of, size = unit.partition(" of ")
+    if quantity == 1 or len(unit) < 3 or unit.endswith("s") or unit == "dozen" or unit.isupper():
+        return unit + of + size
+    if unit == "loaf":
+        return "loaves"
+    return unit + ("es" if unit.endswith(("ch", "sh", "x")) else "s") + of + size
+
+
+def _place(where: str) -> str:
+    """A place with its preposition: "in the sink", "on the table", "to me", "next to it"."""
+    words = where.casefold().split() or [""]
+    if words[0] in PLACED:
+        return where
+    if where in PEOPLE:
+        return f"to {where}"
+    if words[0][:1].isdigit():
+        return f"at {where}"
+    return f"{'on' if words[-1] in SURFACES else 'in'} {_the(where)}"
+
+
+def _the(name: str) -> str:
+    """A thing that is there, with its article."""
+    return name if {*name.casefold().split()[:1]} & DETERMINED else f"the {name}"
+
+
+def show_done(console: Console, round: Round) -> None:
+    """Draw the actions of a round, the status after them, and the notes."""
+    _rows(
+        console,
+        [
+            (
+                _mark(console, result.ok),
+                terminal_safe(str(result.action)).append_text(
+                    terminal_safe(f"  {_first_line(result.observation)}", "dim")
+                ),
+            )
+            for result in round.results
+        ],
+        f"Actions (replanned {round.replans}x)" if round.replans else "Actions",
+    )
+    if round.status:
+        status = terminal_safe(round.status)
+        console.print(Panel(status, title="Status", title_align="left", style="dim"))
+    _rows(console, [(Text("!", "yellow"), terminal_safe(note)) for note in round.notes])
+
+
+def show_summary(console: Console, info: EpisodeInfo, seconds: float | None = None) -> None:
+    """Print how an episode ended."""
+    score = "" if info.score is None else f", score {info.score:.2f}"
+    took = "" if seconds is None else f", {seconds:.1f} s"
+    noun = "round" if info.rounds == 1 else "rounds"
+    console.print(
+        Text(f"Episode {info.id}: {info.ending} after {info.rounds} {noun}{score}{took}", "bold")
+    )
+
+
+def show_checks(console: Console, checks: Sequence[Mapping[str, Any]], met: Sequence[bool]) -> None:
+    """Print which of a profile's checks are met."""
+    rows = [
+        (
+            _mark(console, ok),
+            terminal_safe("; ".join(f"{key}: {_listed(value)}" for key, value in check.items())),
+        )
+        for check, ok in zip(checks, met, strict=True)
+    ]
+    _rows(console, rows, "Checks")
+
+
+def show_unwanted(console: Console, unwanted: Sequence[str]) -> None:
+    """Print what neither the profile's checks nor its `welcome` list names."""
+    text = "Everything in the result is named by the profile's checks or its welcome list."
+    if unwanted:
+        text = f"Named by neither the profile's checks nor its welcome list: {', '.join(unwanted)}"
+    console.print(terminal_safe(text, "dim"), soft_wrap=True)
+
+
+def show_scores(console: Console, scored: Sequence[Scored]) -> None:
+    """Print a table of profiles with the mean score, and the unwanted things where known."""
+    scores = [info.score for info, _ in scored if info.score is not None]
+    counts = [len(unwanted) for _, unwanted in scored if unwanted is not None]
+    table = Table("profile", "ended", "episode")
+    for heading in ("rounds", "score", *(["unwanted"] if counts else [])):
+        table.add_column(heading, justify="right")
+    for info, unwanted in scored:
+        score = "" if info.score is None else f"{info.score:.2f}"
+        count = "" if unwanted is None else f"{len(unwanted)}"
+        row = (terminal_safe(info.profile or ""), info.ending, info.id, str(info.rounds), score)
+        table.add_row(*row, *([count] if counts else []))
+    if scores:
+        table.add_section()
+        mean = [f"{sum(counts) / len(counts):.1f}"] if counts else []
+        table.add_row("mean", "", "", "", f"{sum(scores) / len(scores):.2f}", *mean)
+    console.print(table)
+
+
+def show_episodes(console: Console, infos: Sequence[EpisodeInfo]) -> None:
+    """Print a table of stored episodes, with fewer columns on a narrow terminal.
+
+    What the person said first is cut to the room that is left.
+    """
+    if not infos:
+        console.print("There are no episodes yet. `goalscope chat` starts one.")
+        return
+    columns: dict[str, list[str]] = {
+        "id": [info.id for info in infos],
+        "started (UTC)": [info.created[:16].replace("T", " ") for info in infos],
+        "domain": [domain_shown(info.domain) for info in infos],
+        "profile": [
+            shorten(info.task, 36, placeholder=" ...")
+            if info.domain == TRACKING
+            else info.profile or "you"
+            for info in infos
+        ],
+        "method": [info.method for info in infos],
+        "ended": [info.ending for info in infos],
+        "rounds": [str(info.rounds) for info in infos],
+        "score": ["" if info.score is None else f"{info.score:.2f}" for info in infos],
+    }
+    if not any(columns["score"]):
+        del columns["score"]
+    heading = "first words"
+    words = [terminal_safe(info.first_words) for info in infos]
+    longest = max(each.cell_len for each in words)
+    wanted = longest and max(len(heading), min(FIRST_WORDS, longest)) + 2
+
+    def room() -> int:
+        taken = (max(map(len, (name, *each))) + 2 for name, each in columns.items())
+        return console.width - 1 - sum(taken)
+
+    for least in ("method", "ended", "domain", "started (UTC)", "score"):
+        if room() >= wanted:
+            break
+        columns.pop(least, None)
+    table = Table(box=SIMPLE_HEAD, padding=(0, 1, 0, 0))
+    for name in columns:
+        numbers = name in ("rounds", "score")
+        overflow = "ellipsis" if table.columns else "fold"  # the first is what one must type
+        table.add_column(name, justify="right" if numbers else "left", overflow=overflow)
+    rows = [[*map(terminal_safe, row)] for row in zip(*columns.values(), strict=True)]
+    if wanted and room() >= len(heading):
+        table.add_column(heading, no_wrap=True)
+        for row, each in zip(rows, words, strict=True):
+            each.truncate(room() - 2, overflow="ellipsis")
+            row.append(each)
+    for row in rows:
+        table.add_row(*row)
+    console.print(table)
+
+
+def show_reasons(
+    console: Console,
+    goal: Goal,
+    reasons: Sequence[Reason],
+    words: Sequence[Sequence[tuple[str, float]]] = (),
+    *,
+    pinned: Sequence[tuple[int, Goal]] = (),
+) -> None:
+    """Print the evidence of each utterance for a goal.
+
+    Args:
+        console: Where to print.
+        goal: The goal.
+        reasons: Of each turn.
+        words: Of each turn, the words with their evidence, which colours them; or none.
+        pinned: The goals that the person confirmed, as in `Belief`; they move every goal.
+    """
+    console.print(Text("Why ", "bold").append_text(terminal_safe(goal.text)))
+    table = Table()
+    for heading in ("", "evidence (nats)", "then", "without it"):
+        table.add_column(heading, justify="right", no_wrap=True)
+    table.add_column("the person said", overflow="fold")
+    for number, each in enumerate(reasons):
+        said = terminal_safe(each.utterance)
+        if words:
+            said = Text()
+            for word, nats in words[number]:
+                style = "" if abs(nats) < 0.1 else "green" if nats > 0 else "red"
+                said.append_text(terminal_safe(word, style))
+                if style:
+                    said.append(f"({nats:+.1f})", f"dim {style}")
+        sign = "green" if each.evidence > 0 else "red"
+        table.add_row(
+            str(each.turn),
+            Text(f"{each.evidence:+.2f}", sign),
+            f"{each.probability:.1%}",
+            f"{each.without:.1%}",
+            said,
+        )
+    console.print(table)
+    for each in reasons:
+        if each.change >= LEAST_CHANGE:
+            console.print(
+                f"The person may have changed their mind before turn {each.turn} "
+                f"({each.change:.0%}), so earlier words count that much less."
+            )
+    for turns, each in pinned:
+        named = "it" if each == goal else f'"{each.text}"'
+        console.print(terminal_safe(f"You confirmed {named} {_when(turns)}."))
+    console.print(
+        "Evidence is relative to the mean of the other goals. Words that favour a goal can "
+        "still make it less likely if another goal gains more. Then: the belief after these "
+        "words, over the current goals; if goals were added or removed since, the round "
+        "itself showed a different belief. Without it: the current belief without these "
+        "words."
+        + " Words without content about a goal count 0."
+        * any(not e.evidence for e in reasons),
+        style="dim",
+    )
+
+
+def show_belief(
+    console: Console, belief: Belief | Ranking, previous: Belief | Ranking | None = None
+) -> None:
+    """Print the likeliest goals, numbered from 1, with their probabilities if there are any.
+
+    Args:
+        console: Where to print.
+        belief: The belief, or a ranking.
+        previous: An earlier one; arrows show the change since.
+    """
+    is_ranking = isinstance(belief, Ranking)
+    before = dict(previous.top()) if previous is not None else {}
+    full, empty, up, down = "#.^v" if console.options.ascii_only else "█░▲▼"
+    table = Table.grid(padding=(0, 1))
+    ranked = belief.top()
+    for number, (goal, probability) in enumerate(ranked[:SHOWN], 1):
+        filled = round(probability * BAR)
+        arrow = Text(" ")
+        change = probability - before.get(goal, probability)
+        if abs(change) >= 0.001:
+            arrow = Text(up, "green") if change > 0 else Text(down, "red")
+        name = terminal_safe(goal.text)
+        if goal == UNSPECIFIED:
+            name = Text("Unspecified (none of these)", "italic yellow")
+        bar = Text(full * filled, "blue").append(empty * (BAR - filled), "dim")
+        if not is_ranking and belief.pinned and goal == belief.pinned[-1][1]:
+            turns = belief.pinned[-1][0]
+            now = turns == len(belief.log_likelihood)
+            when = "" if now else f" {_when(turns)}"
+            name.append(f"  (you confirmed it{when})", "dim cyan")
+        held = [] if is_ranking else [bar, Text(f"{probability:6.1%}"), arrow]
+        table.add_row(Text(str(number), "dim"), *held, name)
+    if rest := ranked[SHOWN:]:
+        share = sum(probability for _, probability in rest)
+        held = [] if is_ranking else ["", f"{share:6.1%}", ""]
+        table.add_row("", *held, Text(f"and {len(rest)} more", "dim"))
+    console.print(Text("The model's order" if is_ranking else "Belief", "bold"))
+    if not is_ranking and belief.is_degenerate:
+        console.print("  No goal explains what was said.")
+    else:
+        console.print(Padding(table, (0, 0, 0, 2)))
+
+
+def _when(turns: int) -> str:
+    return f"after turn {turns}" if turns else "at the start"
+
+
+def _mark(console: Console, ok: bool) -> Text:
+    good, bad = ("ok", "no") if console.options.ascii_only else ("✓", "✗")
+    return Text(good, "green") if ok else Text(bad, "red")
+
+
+def _listed(value: object) -> str:
+    return (
+        ", ".join(map(str, cast("list[object]", value))) if isinstance(value, list) else str(value)
+    )
+
+
+def _first_line(text: str) -> str:
+    head, more, _ = text.partition("\n")
+    return f"{head} ..." if more else head
+
+
+def _rows(console: Console, rows: Sequence[tuple[Text, Text]], title: str = "") -> None:
+    if not rows:
+        return
+    if title:
+        console.print(Text(title, "bold"))
+    table = Table.grid(padding=(0, 1))
+    for row in rows:
+        table.add_row(*row)
+    console.print(Padding(table, (0, 0, 0, 2 if title else 0)))

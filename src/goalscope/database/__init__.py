@@ -1,1 +1,0 @@
-"""Databases that hold episodes: SQLite files and PostgreSQL, by one path."""

@@ -1,0 +1,145 @@
+"""Scenarios with what they call for, and retrieval of those nearest to what a person says.
+
+A small model knows few of them, so the nearest are put into its prompt (retrieval-augmented
+generation; Lewis et al., 2020).
+"""
+
+from __future__ import annotations
+
+import json
+import math
+from collections import Counter
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cache
+from importlib.resources import files
+from typing import Any, cast
+
+import numpy as np
+import numpy.typing as npt
+
+from goalscope.base.nouns import singulars
+from goalscope.base.types import InvalidInputError
+from goalscope.models.embedding import embedded, embedded_once
+
+__all__ = ["Nearest", "Scenario", "scenario_from_json", "shipped_scenarios"]
+
+_LISTS = ("said", "needed", "nice", "unwanted")
+_WORDS = 0.3  # weight of shared words, beside that of meaning
+_FLAT, _LONG = 1.2, 0.75  # k1 and b of BM25 (Robertson & Zaragoza, 2009)
+
+
+@dataclass(frozen=True, slots=True)
+class Scenario:
+    """An aim, and what it calls for.
+
+    Attributes:
+        id: Its name.
+        domain: Such as "grocery".
+        aim: In one phrase.
+        said: First utterances of people who have it.
+        needed: What it cannot do without, the most important first.
+        nice: What many people would like.
+        unwanted: What the words may suggest although nobody wants it here.
+        room: What is in the room, where that matters.
+    """
+
+    id: str
+    domain: str
+    aim: str
+    said: tuple[str, ...]
+    needed: tuple[str, ...]
+    nice: tuple[str, ...] = ()
+    unwanted: tuple[str, ...] = ()
+    room: str = ""
+
+
+class Nearest:
+    """Finds the occasions nearest to a text, by meaning and by shared words.
+
+    Args:
+        occasions: Among which to find.
+        keep: Whether to keep their vectors in the user's cache folder.
+    """
+
+    def __init__(self, occasions: Sequence[Scenario], *, keep: bool = False) -> None:
+        self.occasions = tuple(occasions)
+        texts = [(each.aim, *each.said) for each in occasions]
+        self._owner = np.repeat(np.arange(len(texts)), [len(each) for each in texts])
+        parts = [text for each in texts for text in each]
+        wholes = [" ".join(each) for each in texts]
+        vectors = (embedded_once if keep else embedded)([*parts, *wholes])
+        self._parts, self._whole = vectors[: len(parts)], vectors[len(parts) :]
+        counts = [Counter(singulars(" ".join(each))) for each in texts]
+        sizes = np.array([each.total() for each in counts] or [1])
+        known = Counter(word for each in counts for word in each)
+        rarity = {
+            word: math.log(1 + (len(texts) - count + 0.5) / (count + 0.5))
+            for word, count in known.items()
+        }
+        norm = _FLAT * (1 - _LONG + _LONG * sizes / max(1.0, float(sizes.mean())))
+        self._weights: dict[str, dict[int, float]] = {}
+        for i, each in enumerate(counts):
+            for word, count in each.items():
+                weight = rarity[word] * count * (_FLAT + 1) / (count + norm[i])
+                self._weights.setdefault(word, {})[i] = float(weight)
+
+    def __call__(self, text: str, most: int, *, without: str = "") -> list[Scenario]:
+        """The `most` nearest occasions, nearest first; not the one whose id is `without`."""
+        if not self.occasions:
+            return []
+        vector = embedded([text])[0]
+        best = np.full(len(self.occasions), -1.0)
+        np.maximum.at(best, self._owner, self._parts @ vector)
+        shared = self._shared(text)
+        near = (best + self._whole @ vector) / 2 + _WORDS * shared
+        order: list[int] = np.argsort(-near, kind="stable")[: most + 1].tolist()
+        found = [self.occasions[i] for i in order]
+        return [each for each in found if each.id != without][:most]
+
+    def _shared(self, text: str) -> npt.NDArray[np.float64]:
+        """[N] words shared with a text, 1 for the most."""
+        found = np.zeros(len(self.occasions))
+        for word in {*singulars(text)}:
+            for i, weight in self._weights.get(word, {}).items():
+                found[i] += weight
+        return found / max(found.max(initial=0.0), 1e-9)
+
+
+@cache
+def shipped_scenarios(domain: str) -> Nearest:
+    """The occasions that come with goalscope for a domain."""
+    folder = files("goalscope.envs.scenarios")
+    lines = (
+        line
+        for file in sorted(folder.iterdir(), key=lambda each: each.name)
+        if file.name.endswith(".jsonl")
+        for line in file.read_text(encoding="utf-8").splitlines()
+    )
+    found = (scenario_from_json(json.loads(line)) for line in lines if line.strip())
+    return Nearest([each for each in found if each.domain == domain], keep=True)
+
+
+def scenario_from_json(data: object) -> Scenario:
+    """The occasion in a row of JSON.
+
+    Raises:
+        InvalidInputError: A key is missing, or its value is of another kind.
+    """
+    if not isinstance(data, dict):
+        raise InvalidInputError("a line must be an object")
+    each = cast("dict[str, Any]", data)
+    for key in ("id", "domain", "aim"):
+        if not isinstance(each.get(key), str) or not each[key].strip():
+            raise InvalidInputError(f"{key!r} must be a text")
+    lists: dict[str, tuple[str, ...]] = {}
+    for key in _LISTS:
+        values = each.get(key, [])
+        if not isinstance(values, list) or not all(
+            isinstance(value, str) and value.strip() for value in cast("list[object]", values)
+        ):
+            raise InvalidInputError(f"{key!r} must be a list of texts")
+        lists[key] = tuple(cast("list[str]", values))
+    return Scenario(
+        each["id"], each["domain"], each["aim"], **lists, room=str(each.get("room", ""))
+    )

@@ -1,0 +1,284 @@
+"""Fit a calibration to dialogues whose goals are known, and measure how good beliefs are."""
+
+from __future__ import annotations
+
+import math
+from collections import Counter
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from goalscope.base.optional_packages import package
+from goalscope.base.stats import auroc
+from goalscope.base.types import GoalscopeError, InvalidInputError
+from goalscope.belief.belief import log_posteriors
+from goalscope.belief.calibration import DEFAULT, EPSILONS, Calibration
+from goalscope.datasets.goal_sets import chance
+
+__all__ = [
+    "Observed",
+    "Quality",
+    "Tables",
+    "fit_calibration",
+    "observed_in",
+    "quality",
+]
+
+Array = npt.NDArray[np.float64]
+
+FOLDS = 5
+"""Parts of the groups of dialogues, each judged by a calibration fitted on the others."""
+
+_LEAST, _MOST = 0.05, 20.0  # temperature
+
+
+@dataclass(frozen=True, slots=True)
+class Observed:
+    """A dialogue whose goal is known, as a model scored it.
+
+    Attributes:
+        id: Of the dialogue.
+        group: Of dialogues that share people, with the name of its set.
+        origin: Its set, and how its goals were drawn; all origins have the same weight.
+        goals: [T, G] log-likelihoods in nats.
+        unspecified: [T] log-likelihoods without a goal, nats.
+        truth: Index of the true goal.
+    """
+
+    id: str
+    group: str
+    origin: str
+    goals: Array
+    unspecified: Array
+    truth: int
+
+
+@dataclass(frozen=True, slots=True)
+class Quality:
+    """How far beliefs can be trusted.
+
+    Attributes:
+        n: Dialogues.
+        log_loss: Of the truth, nats; see `fit_calibration`.
+        auroc: How well Unspecified tells, after the last turn, that the true goal is missing.
+        coverage: Share of conformal sets that hold the truth, with the true goal among the goals
+            and without it; None without thresholds.
+        size: Mean number of goals in them.
+    """
+
+    n: int
+    log_loss: float
+    auroc: float
+    coverage: tuple[float, float] | None
+    size: float | None
+
+
+class Tables:
+    """Many dialogues, each twice: with the true goal among the goals, and without it.
+
+    A wrong goal is left out in the first case, so that both have as many goals. Where the true goal
+    is left out, Unspecified is the truth.
+
+    Attributes:
+        log_likelihood: [2, N, T, G] in nats; Unspecified first, and the true goal second where it
+            is among them. Padded with 0 for turns and -inf for goals.
+        turns: [N] number of turns.
+        drawn: [N] a turn of each, drawn at random, from 0.
+        weight: [N] of the dialogues, the same for all sets; they sum to 1.
+    """
+
+    def __init__(self, dialogues: Sequence[Observed]) -> None:
+        n = len(dialogues)
+        self.turns = np.array([len(each.goals) for each in dialogues])
+        width = max(each.goals.shape[1] for each in dialogues)
+        self.log_likelihood = np.full((2, n, self.turns.max(), width), -np.inf)
+        self.drawn = np.zeros(n, dtype=int)
+        sets = Counter(each.origin for each in dialogues)
+        self.weight = np.array([1 / len(sets) / sets[each.origin] for each in dialogues])
+        for i, each in enumerate(dialogues):
+            random, (turns, goals) = chance(0, each.id), each.goals.shape
+            wrong = [place for place in range(goals) if place != each.truth]
+            out = random.choice(wrong)
+            rest = [place for place in wrong if place != out]
+            self.drawn[i] = random.randrange(turns)
+            for kind, first in enumerate((each.truth, out)):
+                table = np.column_stack([each.unspecified, each.goals[:, [first, *rest]]])
+                self.log_likelihood[kind, i, :turns, :goals] = table
+                self.log_likelihood[kind, i, turns:, :goals] = 0.0
+
+    def believe(self, calibration: Calibration) -> Array:
+        """[2, N, T, G] log-posteriors in nats, after each turn."""
+        width = self.log_likelihood.shape[-1]
+        prior = np.where(np.isneginf(self.log_likelihood[:, :, 0]), -np.inf, 0.0)
+        stated = np.greater(np.arange(width), 0)
+        return log_posteriors(prior, self.log_likelihood, stated, calibration)[:, :, 1:]
+
+    def losses(self, beliefs: Array) -> Array:
+        """[N] log-loss of the truth, nats: mean over turns and both kinds of goal sets."""
+        own: Array = (beliefs[0, :, :, 1] + beliefs[1, :, :, 0]) / 2
+        real = np.less(np.arange(self.log_likelihood.shape[2]), self.turns[:, None])
+        return -np.where(real, own, 0.0).sum(1) / self.turns
+
+    def log_loss(self, calibration: Calibration) -> float:
+        """Mean of `losses`, weighted."""
+        return float(self.weight @ self.losses(self.believe(calibration)))
+
+    def drawn_turn(self, beliefs: Array) -> tuple[Array, Array]:
+        """Probabilities [2, N, G] after the drawn turn, and those of the truth [2, N]."""
+        found = np.exp(beliefs[:, np.arange(len(self.turns)), self.drawn])
+        return found, np.stack([found[0, :, 1], found[1, :, 0]])
+
+    def conformal_sets(self, beliefs: Array, threshold: float) -> tuple[Array, Array]:
+        """Whether the set after the drawn turn holds the truth, and its size, both [2, N]."""
+        found, sure = self.drawn_turn(beliefs)
+        held = np.logical_or(sure >= threshold, sure >= found.max(-1))
+        return held, np.maximum(np.greater_equal(found, threshold).sum(-1), 1)
+
+    def last_odds(self, beliefs: Array) -> Array:
+        """[2, N] log-odds of Unspecified after the last turn, nats."""
+        own: Array = beliefs[:, np.arange(len(self.turns)), self.turns - 1, 0]
+        return own - np.log(-np.expm1(np.minimum(own, -1e-12)))
+
+
+def observed_in(cells: Iterable[tuple[Mapping[str, Any], Mapping[str, Any]]]) -> list[Observed]:
+    """The dialogues among measured cells that can calibrate: those with three goals or more.
+
+    Each counts once; those that the model's adapter has learned from are left out.
+
+    Args:
+        cells: Spec and result of each, of any kind.
+    """
+    found: dict[tuple[str, str], Observed] = {}
+    for spec, result in cells:
+        if spec["kind"] != "dialogue" or not result.get("role-play") or result.get("learned"):
+            continue
+        case, goals = spec["case"], np.array(result["role-play"], dtype=np.float64)
+        if goals.shape[1] > 2:
+            unspecified = np.array(result["unspecified"], dtype=np.float64)
+            origin = f"{spec['set']} {spec['goal_set']}"
+            group = f"{spec['set']} {case['group']}"
+            found[origin, case["id"]] = Observed(
+                case["id"], group, origin, goals, unspecified, case["truth"]
+            )
+    return [*found.values()]
+
+
+def fit_calibration(dialogues: Sequence[Observed]) -> Calibration:
+    """Temperature and reference with the least log-loss, and thresholds.
+
+    The log-loss is that of the truth over all turns, half of the time with the true goal among the
+    goals and half of the time without it, where Unspecified is the truth. The chance of a change of
+    mind and the weights of asides and orders are those of `DEFAULT`: such dialogues have hardly any
+    changes of mind, and they are not read.
+
+    Thresholds are cross-conformal: the truth had at least that probability in all but a share eps
+    of the dialogues, each judged by a calibration fitted on other people, both with the true goal
+    among the goals and without it (the smaller of the two thresholds).
+
+    Raises:
+        InvalidInputError: All dialogues are of one group.
+    """
+    scores: list[Array] = []
+    for train, rest in _folds(dialogues):
+        tables = Tables(rest)
+        scores.append(tables.drawn_turn(tables.believe(_fit(Tables(train))))[1])
+    ranked = np.sort(np.concatenate(scores, axis=1), axis=1)
+    n = len(dialogues)
+    places = [(eps, int(eps * (n + 1))) for eps in EPSILONS]
+    thresholds = tuple((eps, float(ranked[:, k - 1].min()) if k else 0.0) for eps, k in places)
+    return replace(_fit(Tables(dialogues)), n=n, thresholds=thresholds)
+
+
+def quality(
+    dialogues: Sequence[Observed],
+    calibration: Calibration | None = None,
+    *,
+    eps: float = 0.1,
+) -> Quality:
+    """How good beliefs are with a calibration, or with one fitted on dialogues of other groups.
+
+    Args:
+        dialogues: Those to judge by.
+        calibration: If None, each fold is judged by one that is fitted on the others.
+        eps: Of the conformal sets.
+
+    Raises:
+        InvalidInputError: All dialogues are of one group.
+    """
+    losses: list[Array] = []
+    weights: list[Array] = []
+    odds: list[Array] = []
+    held: list[Array] = []
+    sizes: list[Array] = []
+    groups: list[str] = []
+    sets = Counter(each.origin for each in dialogues)
+    for train, rest in _folds(dialogues):
+        own = calibration or fit_calibration(train)
+        tables = Tables(rest)
+        beliefs = tables.believe(own)
+        losses.append(tables.losses(beliefs))
+        weights.append(np.array([1 / len(sets) / sets[each.origin] for each in rest]))
+        odds.append(tables.last_odds(beliefs))
+        groups += [each.group for each in rest]
+        if eps in dict(own.thresholds):
+            holds, size = tables.conformal_sets(beliefs, dict(own.thresholds)[eps])
+            held.append(holds)
+            sizes.append(size.ravel())
+    present, absent = np.concatenate(odds, axis=1)
+    coverage = np.concatenate(held, axis=1).mean(1).tolist() if held else None
+    return Quality(
+        n=len(dialogues),
+        log_loss=float(np.concatenate(weights) @ np.concatenate(losses)),
+        auroc=auroc(absent, present, groups)[0],
+        coverage=(coverage[0], coverage[1]) if coverage else None,
+        size=float(np.concatenate(sizes).mean()) if sizes else None,
+    )
+
+
+def _fit(tables: Tables) -> Calibration:
+    optimize = package("scipy.optimize", "Calibration needs", GoalscopeError)
+
+    def of(numbers: Array) -> Calibration:
+        temperature, reference = numbers.tolist()
+        return replace(
+            DEFAULT,
+            temperature=round(min(max(math.exp(temperature), _LEAST), _MOST), 4),
+            reference=round(1 / (1 + math.exp(-reference)), 4),
+        )
+
+    def loss(numbers: Array) -> float:
+        return tables.log_loss(of(numbers))
+
+    start = np.array([math.log(2), math.log(0.5)])
+    found = optimize.minimize(
+        loss,
+        start,
+        method="Nelder-Mead",
+        options={
+            "initial_simplex": start + np.array([[0, 0], [0.5, 0], [0, 1.0]]),
+            "maxfev": 180,
+            "xatol": 0.02,
+            "fatol": 1e-4,
+        },
+    )
+    return of(found.x)
+
+
+def _folds(dialogues: Sequence[Observed]) -> Iterator[tuple[list[Observed], list[Observed]]]:
+    """Dialogues to fit on, and those of other groups, among which each dialogue is once."""
+    groups = sorted({each.group for each in dialogues})
+    if len(groups) < 2:
+        raise InvalidInputError(
+            "There are too few people: some are to fit on, others to judge by. Give dialogues of "
+            "at least three people, each with three goals or more."
+        )
+    order: list[int] = np.random.default_rng(0).permutation(len(groups)).tolist()
+    for fold in range(min(FOLDS, len(groups))):
+        out = {groups[place] for place in order[fold::FOLDS]}
+        yield (
+            [each for each in dialogues if each.group not in out],
+            [each for each in dialogues if each.group in out],
+        )

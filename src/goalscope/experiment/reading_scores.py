@@ -1,0 +1,357 @@
+"""Evaluate reading: compare a model's orders with those annotated by people."""
+
+from __future__ import annotations
+
+import gzip
+import re
+import zlib
+from collections import Counter
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any, TypeVar, cast
+
+from goalscope.base.inputs import is_list, parse_json, read_table, refuse_unknown
+from goalscope.base.types import GoalscopeError, InvalidInputError, UnreadableAnswerError
+from goalscope.language.dialogue_state import acting
+from goalscope.language.orders import (
+    Example,
+    Order,
+    Reading,
+    Verb,
+    order_from_json,
+    order_to_json,
+    speaks,
+    words_of,
+)
+from goalscope.language.reader import Reader, ReadExample, check_verbs
+
+__all__ = ["THRESHOLDS", "Asking", "Language", "Line", "Score"]
+__all__ += ["asking", "differs", "line_from_json", "line_to_json"]
+__all__ += ["read_corpus", "read_languages", "read_lines", "read_rows", "score"]
+
+Row = TypeVar("Row")
+
+THRESHOLDS = (0.05, 0.1, 0.25, 0.5, 1.0, 2.0)
+"""Thresholds in nats for `asking`."""
+
+_ARTICLES = frozenset(
+    "a an the some any this that these those my our your his her their".split()  # noqa: SIM905
+)
+
+
+@dataclass(frozen=True, slots=True)
+class Line:
+    """A message of a corpus, and its orders.
+
+    Attributes:
+        id: Its name.
+        domain: Domain of the message.
+        context: The person's earlier messages, oldest first.
+        question: The agent's question; "" if it does not matter.
+        message: The message.
+        orders: The right orders.
+    """
+
+    id: str
+    domain: str
+    context: tuple[str, ...]
+    question: str
+    message: str
+    orders: tuple[Order, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class Score:
+    """The accuracy of readings, as shares from 0 to 1.
+
+    Attributes:
+        lines: Messages.
+        exact: Share of messages whose orders are all right, their quantities and places too.
+        precision: Precision of orders by verb and target.
+        recall: Likewise.
+        f1: Likewise.
+        quantity_f1: F1 with quantities and units.
+        unread: Share of messages without a valid reading.
+    """
+
+    lines: int
+    exact: float
+    precision: float
+    recall: float
+    f1: float
+    quantity_f1: float
+    unread: float
+
+
+@dataclass(frozen=True, slots=True)
+class Asking:
+    """The cost of asking about orders whose margin is below a threshold.
+
+    Over the read orders with a domain's verb:
+
+    Attributes:
+        threshold: Nats.
+        asked: Share of orders that the agent asks about.
+        wrong_done: Share of wrong orders among those executed at once.
+        right_asked: Share of right orders among those asked about.
+    """
+
+    threshold: float
+    asked: float
+    wrong_done: float
+    right_asked: float
+
+
+@dataclass(frozen=True, slots=True)
+class Language:
+    """The language of a domain.
+
+    Attributes:
+        verbs: The domain's verbs.
+        task: The agent and its task.
+        examples: Example readings.
+    """
+
+    verbs: tuple[Verb, ...]
+    task: str = ""
+    examples: tuple[Example, ...] = ()
+
+
+def read_languages(path: Path) -> dict[str, Language]:
+    """Domains that a TOML file declares by their verbs, for a corpus without environments.
+
+    A table of the file is a domain: `[florist]` with `task`, and for each verb its slots, such as
+    `verbs = { add = ["what", "quantity"], finish = [] }`.
+
+    Raises:
+        InvalidInputError: The file or a domain's verbs are invalid.
+    """
+    found: dict[str, Language] = {}
+    for name, table in read_table(path, f"The domains {path} are").items():
+        label = f"{path.name}, [{name}]"
+        if not isinstance(table, dict):
+            raise InvalidInputError(f"{label} must be a table with `task` and `verbs`.")
+        values = cast("dict[str, Any]", table)
+        refuse_unknown(values, ("task", "verbs"), label)
+        verbs = values.get("verbs")
+        if not isinstance(verbs, dict) or not all(
+            is_list(slots, str) for slots in cast("dict[str, object]", verbs).values()
+        ):
+            raise InvalidInputError(f"{label}: `verbs` must give each verb a list of its slots.")
+        declared = cast("dict[str, list[str]]", verbs)
+        own = tuple(Verb(verb, "", tuple(slots)) for verb, slots in declared.items())
+        check_verbs(own)
+        found[name] = Language(own, str(values.get("task", "")))
+    return found
+
+
+def read_corpus(path: Path) -> list[Line]:
+    """Read a file of JSON Lines, or all files of a folder; see corpus/reading/README.md.
+
+    Raises:
+        InvalidInputError: There is none, or a line is wrong; says which and why.
+    """
+    return read_rows(path, lambda data, _: [line_from_json(data)])
+
+
+def read_rows(path: Path, read: Callable[[object, int], Iterable[Row]]) -> list[Row]:
+    """What the lines of a file of JSON Lines hold, perhaps gzipped, or of all files of a folder.
+
+    Args:
+        path: The file or folder.
+        read: Takes a line's object and number, and gives what it holds.
+
+    Raises:
+        InvalidInputError: There is none, or a line is wrong; says which and why.
+    """
+    files = sorted(path.glob("*.jsonl")) if path.is_dir() else [path]
+    if not files or not files[0].is_file():
+        raise InvalidInputError(f"There is no corpus at {path}. Name a JSONL file or a folder.")
+    found: list[Row] = []
+    for file in files:
+        try:
+            opened = gzip.open if file.suffix == ".gz" else open
+            with opened(file, "rt", encoding="utf-8-sig") as lines:
+                texts = lines.read().split("\n")
+        except (OSError, EOFError, zlib.error, UnicodeDecodeError) as error:
+            raise InvalidInputError(f"{file} cannot be read: {error}. Save it as UTF-8.") from None
+        for number, text in enumerate(texts, 1):
+            if text.strip():
+                try:
+                    found += read(parse_json(text), number)
+                except (
+                    ValueError,
+                    LookupError,
+                    TypeError,
+                    RecursionError,
+                    GoalscopeError,
+                ) as error:
+                    raise InvalidInputError(f"{file.name}, line {number}: {error}") from None
+    return found
+
+
+def read_lines(lines: Sequence[Line], reader: Reader) -> Iterator[tuple[Line, Reading | None]]:
+    """Read each message; None without a valid reading.
+
+    Earlier messages of its conversation are read first, as they would have been.
+    """
+    asked: dict[tuple[str, ...], str] = {}
+    known: dict[tuple[str, ...], Reading | None] = {}
+    nothing = Reading((Order("none"),))
+
+    def read(said: tuple[str, ...]) -> Reading | None:
+        if said not in known:
+            earlier = [said[: n + 1] for n in range(len(said) - 1)]
+            before = [
+                ReadExample(asked.get(each, ""), each[-1], (read(each) or nothing).orders)
+                for each in earlier
+            ]
+            try:
+                known[said] = reader.read(said[-1], question=asked.get(said, ""), before=before)
+            except UnreadableAnswerError:
+                known[said] = None
+        return known[said]
+
+    for line in lines:
+        said = (*line.context, line.message)
+        if asked.get(said) != line.question:
+            asked[said] = line.question
+            known.pop(said, None)
+        yield line, read(said)
+
+
+def score(pairs: Iterable[tuple[Sequence[Order], Sequence[Order] | None]]) -> Score:
+    """Compare right orders with read ones; None for messages that could not be read.
+
+    Articles, case and a plural's s do not count, nor do reasons, nor which thing a question is
+    about; a mere yes, no or aim is no order. One of a thing is as no quantity.
+    """
+    exact = unread = lines = 0
+    hits, read, right = Counter[str](), Counter[str](), Counter[str]()
+    for gold, found in pairs:
+        lines += 1
+        unread += found is None
+        exact += _bag(gold, _whole) == _bag(found or (), _whole) and found is not None
+        for name, key in (("target", _target), ("quantity", _amount)):
+            wanted, given = _bag(gold, key), _bag(found or (), key)
+            hits[name] += (wanted & given).total()
+            read[name] += given.total()
+            right[name] += wanted.total()
+
+    def f1(name: str) -> float:
+        both = read[name] + right[name]
+        return 2 * hits[name] / both if both else 1.0
+
+    return Score(
+        lines,
+        exact / max(lines, 1),
+        hits["target"] / max(read["target"], 1),
+        hits["target"] / max(right["target"], 1),
+        f1("target"),
+        f1("quantity"),
+        unread / max(lines, 1),
+    )
+
+
+def asking(pairs: Iterable[tuple[Sequence[Order], Reading | None]]) -> list[Asking]:
+    """The cost of asking at each of `THRESHOLDS`; empty if the model reports no margins.
+
+    Args:
+        pairs: Right orders, and readings.
+    """
+    told: list[tuple[float, bool]] = []
+    for gold, found in pairs:
+        right = _bag(gold, _whole)
+        for order, margin in zip(found.orders, found.margins or (), strict=False) if found else ():
+            if acting((order,)):
+                told.append((margin, bool(_bag((order,), _whole) & right)))
+    rows: list[Asking] = []
+    for threshold in THRESHOLDS if told else ():
+        asked = [right for margin, right in told if margin < threshold]
+        done = [right for margin, right in told if margin >= threshold]
+        wrong = 1 - sum(done) / max(len(done), 1)
+        rows.append(
+            Asking(threshold, len(asked) / len(told), wrong, sum(asked) / max(len(asked), 1))
+        )
+    return rows
+
+
+def differs(gold: Sequence[Order], found: Sequence[Order] | None) -> int:
+    """How many orders are missing or too many, quantities and places included."""
+    wanted, given = _bag(gold, _whole), _bag(found or (), _whole)
+    return ((wanted - given) + (given - wanted)).total()
+
+
+def line_from_json(data: object) -> Line:
+    """A message from a line's object.
+
+    Raises:
+        InvalidInputError: A key is missing, or its value is of another kind.
+    """
+    if not isinstance(data, dict):
+        raise InvalidInputError("a line must be an object")
+    each = cast("dict[str, Any]", data)
+    for key in ("id", "domain", "message", "orders"):
+        if key not in each:
+            raise InvalidInputError(f"there is no {key!r}")
+    orders = tuple(map(order_from_json, each["orders"]))
+    return Line(
+        str(each["id"]),
+        str(each["domain"]),
+        tuple(map(str, each.get("context") or ())),
+        str(each.get("question") or ""),
+        str(each["message"]),
+        orders or (Order("none"),),
+    )
+
+
+def line_to_json(line: Line) -> dict[str, Any]:
+    """A line as JSON."""
+    return {
+        "id": line.id,
+        "domain": line.domain,
+        "context": list(line.context),
+        **({"question": line.question} if line.question else {}),
+        "message": line.message,
+        "orders": [order_to_json(each) for each in line.orders],
+    }
+
+
+def _bag(orders: Iterable[Order], key: Callable[[Order], object]) -> Counter[Any]:
+    return Counter(key(_even(each)) for each in orders if speaks(each))
+
+
+def _even(order: Order) -> Order:
+    quantity = None if order.quantity == 1 and not order.unit else order.quantity
+    what = "" if order.do == "ask" else _phrase(order.what)
+    return replace(
+        order,
+        what=what,
+        quantity=quantity,
+        unit=_singular(order.unit.casefold()),
+        for_=_phrase(order.for_),
+        where="" if order.do == "ask" else _phrase(order.where),
+        if_="if" if order.if_ else "",
+        why="",
+    )
+
+
+def _target(order: Order) -> object:
+    return order.do, order.what
+
+
+def _amount(order: Order) -> object:
+    return order.do, order.what, order.quantity, order.unit
+
+
+def _whole(order: Order) -> object:
+    return order
+
+
+def _phrase(text: str) -> str:
+    return " ".join(_singular(word) for word in words_of(text) if word not in _ARTICLES)
+
+
+def _singular(word: str) -> str:
+    return re.sub(r"(?<=\w{2})(?<![su])s$", "", word)

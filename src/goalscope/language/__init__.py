@@ -1,0 +1,1 @@
+"""Words become structure: orders, the reader, the state of the dialogue."""

@@ -1,0 +1,149 @@
+"""The state of the dialogue: a pure fold over the stored readings.
+
+Old words are never read again. An undo leaves readings out; an allergy or a diet survives it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Sequence
+from dataclasses import dataclass, replace
+
+from goalscope.base.nouns import names, singulars
+from goalscope.language.orders import DIALOGUE_ACTS, REASONS, Order, Reading
+
+__all__ = ["GRAVE", "LIMITS", "DialogueState", "acting", "fold"]
+
+GRAVE = ("allergy", "diet")
+"""Reasons of limits that are lifted only by the person's confirmation."""
+
+LIMITS = ("avoid", "only", "budget", "leave")
+"""Dialogue acts that hold from then on; environments resolve them, too."""
+
+_ACTS = frozenset(act.name for act in DIALOGUE_ACTS)
+
+
+@dataclass(frozen=True, slots=True)
+class DialogueState:
+    """The state of a dialogue.
+
+    Attributes:
+        limits: Things that must not come ("avoid"), and properties that all must have ("only").
+        budget: The most that everything may cost; None for no limit.
+        untouched: Things to leave as they are.
+        asked: Orders that were not retracted, oldest first.
+    """
+
+    limits: tuple[Order, ...] = ()
+    budget: Order | None = None
+    untouched: tuple[Order, ...] = ()
+    asked: tuple[Order, ...] = ()
+
+    def forbids(self, order: Order) -> Order | None:
+        """The allergy or diet that rules out the thing that an order asks for, if there is one.
+
+        Only the name counts: what a thing contains is for the environment to say.
+        """
+        ruling = (each for each in self.limits if each.why in GRAVE and _rules_out(each, order))
+        return next(ruling, None)
+
+    def beside(self, order: Order, said: Collection[Order]) -> DialogueState:
+        """What binds an order of an utterance whose orders are `said`.
+
+        In "turn off the laptop, but leave it there" the second part does not bind the first. In
+        "put the phone into the drawer, and leave the phone on the sofa" there are two phones.
+        """
+
+        def same(limit: Order) -> bool:
+            two = limit.where and order.where
+            return limit in said and names(order.what, limit.what) and not two
+
+        return replace(self, untouched=tuple(each for each in self.untouched if not same(each)))
+
+
+def acting(orders: Sequence[Order]) -> tuple[Order, ...]:
+    """The orders by a domain's own verbs, without dialogue acts."""
+    return tuple(each for each in orders if each.do not in _ACTS)
+
+
+def fold(
+    readings: Sequence[Reading],
+    *,
+    released: Sequence[Sequence[Order]] = (),
+    waiting: Sequence[Sequence[Order]] = (),
+    retracted: Collection[int] = (),
+    takes_away: Collection[str] = (),
+) -> DialogueState:
+    """The state of the dialogue after readings, oldest first.
+
+    A later order lifts a dislike of the thing that it asks for. An allergy or a diet ends only when
+    such an order is confirmed. Limits for different people, or of graver reasons, hold side by
+    side. An order that waits does not count.
+
+    Args:
+        readings: Of all rounds.
+        released: For each reading, the orders that it confirmed; may be shorter.
+        waiting: For each reading, its orders that were not executed; may be shorter.
+        retracted: Indices of the retracted readings.
+        takes_away: Names of the verbs whose orders lift nothing; see `Verb`.
+    """
+    standing = DialogueState()
+    for place, reading in enumerate(readings):
+        gone = place in retracted
+        confirmed, waits = (
+            each[place] if place < len(each) else () for each in (released, waiting)
+        )
+        for order in () if gone else confirmed:
+            if order.do not in takes_away:
+                standing = _lifted(standing, order, grave=True)
+            standing = replace(standing, asked=(*standing.asked, order))
+        for order in reading.orders:
+            grave = order.do in ("avoid", "only") and order.why in GRAVE
+            if not grave and (gone or order in waits):
+                continue
+            standing = _with(standing, order, lifts=order.do not in takes_away)
+    return standing
+
+
+def _with(standing: DialogueState, order: Order, *, lifts: bool) -> DialogueState:
+    if order.do in ("avoid", "only") and order.what:
+        same = [each for each in standing.limits if _about(each) == _about(order)]
+        others = [each for each in standing.limits if each not in same]
+        return replace(standing, limits=(*others, min((order, *same), key=_gravity)))
+    if order.do == "budget":
+        return replace(standing, budget=order)
+    if order.do == "leave":
+        return replace(standing, untouched=(*standing.untouched, order))
+    if order.do in _ACTS:
+        return standing
+    standing = _lifted(standing, order, grave=False) if lifts else standing
+    return replace(standing, asked=(*standing.asked, order))
+
+
+def _lifted(standing: DialogueState, order: Order, *, grave: bool) -> DialogueState:
+    """The state without the limits that an order for the same thing contradicts."""
+    return replace(
+        standing,
+        limits=tuple(
+            each
+            for each in standing.limits
+            if (each.why in GRAVE and not grave) or not _rules_out(each, order)
+        ),
+        untouched=tuple(each for each in standing.untouched if not names(order.what, each.what)),
+    )
+
+
+def _rules_out(limit: Order, order: Order) -> bool:
+    """Whether a limit rules out the thing that an order asks for, by the end of its name.
+
+    Rye bread is bread; gluten-free bread is not gluten.
+    """
+    thing, coming = singulars(limit.what), singulars(order.for_ or order.what)
+    return limit.do == "avoid" and bool(thing) and coming[-len(thing) :] == thing
+
+
+def _about(limit: Order) -> tuple[str, str, str]:
+    return limit.do, limit.what, limit.for_
+
+
+def _gravity(limit: Order) -> int:
+    return REASONS.index(limit.why or REASONS[-1])

@@ -1,0 +1,490 @@
+"""The reader: an utterance in its conversation becomes a `Reading`.
+
+A reading is one constrained generation. Verbs and dialogue acts are enumerated, and every word of a
+thing was said, now or earlier, or is shown by the environment: so no reading orders what nobody
+named. A grammar enforces this where the engine takes one; where a server only takes a JSON schema,
+the answer is checked. Small models write short canonical English under a grammar better than free
+text (Shin et al., 2021).
+
+Models misread amounts: number words, marks between digits, sums of money. So they are shown all
+amounts in plain figures, and a quantity that nobody said is asked about.
+"""
+
+from __future__ import annotations
+
+import json
+import re
+from collections.abc import Collection, Iterable, Mapping, Sequence
+from dataclasses import dataclass, replace
+from typing import Any, Literal, cast
+from unicodedata import category
+
+from goalscope.base.nouns import singular
+from goalscope.base.text import plain
+from goalscope.base.types import (
+    InvalidInputError,
+    Message,
+    UnreadableAnswerError,
+    checked_text,
+)
+from goalscope.language.amounts import figures, numbers_in, sums_in
+from goalscope.language.orders import (
+    DIALOGUE_ACTS,
+    REASONS,
+    SLOTS,
+    Example,
+    Order,
+    Reading,
+    Verb,
+    order_from_json,
+    order_to_json,
+    orders_from_text,
+    orders_to_text,
+    words_of,
+)
+from goalscope.models import Generator
+from goalscope.prompts import render
+
+__all__ = ["MOST_ORDERS", "ReadExample", "Reader"]
+__all__ += ["check_verbs", "grammar_of", "reader_of", "schema_of"]
+
+Form = Literal["text", "json"]
+
+MOST_ORDERS = 24
+"""Largest number of orders in a reading."""
+
+_WINDOW = 9  # earlier messages that the prompt holds, for what the newest one refers to
+_MOST_TOKENS = 320  # of a reading
+_LONGEST_NAME = 12  # words of a thing
+_PHRASES = ("what", "for", "where", "if")
+_UNWRITTEN = frozenset({"Cc", "Cn", "Co", "Cs"})  # Unicode categories that no word holds
+_NAMING = ("avoid", "only")  # acts that need a thing
+_PACKS = ("pack", "pk")  # units that a number may belong to: a 6-pack
+_TIMES = r"(?:[x\u00d7*]|times)"
+_PERCENTAGE = re.compile(r"(?<!\S)\S+?[ -]?(?:%|per ?cent|pct)(?!\w)", re.IGNORECASE)
+_UP_TO = 12  # numbers that other words stand for: both, a few, half a dozen
+_SUREST = 99.0  # nats, where a model reports none
+
+
+@dataclass(frozen=True, slots=True)
+class ReadExample:
+    """An earlier message of the conversation, with its reading.
+
+    Attributes:
+        question: What the agent had asked; "" if that does not matter.
+        message: What the person said.
+        orders: The orders that were read.
+    """
+
+    question: str
+    message: str
+    orders: tuple[Order, ...]
+
+
+class Reader:
+    """Reads what a person says in one domain.
+
+    Args:
+        model: Writes the readings.
+        verbs: The domain's own verbs.
+        task: The agent and its task, for a model that was not taught to read.
+        examples: Few-shot examples for such a model.
+        taught: Whether the model has an adapter that was fitted on reading. The prompt then only
+            names the verbs.
+        form: Canonical English ("text") or JSON. A model that takes no grammar always writes JSON.
+
+    Raises:
+        InvalidInputError: The domain has no verbs, two of the same name, or an unknown slot.
+    """
+
+    def __init__(
+        self,
+        model: Generator,
+        verbs: Sequence[Verb],
+        *,
+        task: str = "",
+        examples: Sequence[Example] = (),
+        taught: bool = False,
+        form: Form = "text",
+    ) -> None:
+        check_verbs(verbs)
+        self.model = model
+        self.verbs = (*verbs, *DIALOGUE_ACTS)
+        self.form: Form = form if model.takes_grammar else "json"
+        self._own = tuple(verbs)
+        if taught:
+            self._opening = render("read", verbs=self.verbs)
+        else:
+            self._opening = render("read_untaught", verbs=self.verbs, task=task, form=self.form)
+        self._examples = [
+            ReadExample(each.question, each.message, orders_from_text(each.orders, verbs))
+            for each in (() if taught else examples)
+        ]
+
+    def read(
+        self,
+        message: str,
+        *,
+        question: str = "",
+        before: Sequence[ReadExample] = (),
+        names: Iterable[str] = (),
+    ) -> Reading:
+        """Read one message.
+
+        Args:
+            message: What the person said.
+            question: What the agent had asked.
+            before: What was said earlier, oldest first, with its readings.
+            names: Texts of the environment whose words a reading may use, too.
+
+        Raises:
+            InvalidInputError: The message is empty, broken, or too long for the model.
+            UnreadableAnswerError: The model wrote no valid reading.
+        """
+        typed = plain(checked_text(message, "utterance"))
+        message, written_as = figures(typed)
+        question = _legible(question)
+        before = [
+            ReadExample(_legible(each.question), _legible(each.message), each.orders)
+            for each in before[-_WINDOW:]
+        ]
+        shown = [*self._examples, *before]
+        prompt = self._prompt(message, question, shown)
+        most = self.model.context_size - _MOST_TOKENS
+        while shown and self.model.count_tokens(prompt) > most:
+            shown = shown[1:]
+            prompt = self._prompt(message, question, shown)
+        if (tokens := self.model.count_tokens(prompt)) > most:
+            raise InvalidInputError(
+                f"The message is too long to be read: {tokens} tokens with the prompt, of at most "
+                f"{most}. Say it in several messages."
+            )
+        texts = [text for each in before for text in (each.question, each.message)]
+        said = dict.fromkeys(
+            word for text in (message, typed, question, *texts, *names) for word in words_of(text)
+        )
+        if self.form == "text":
+            written = self.model.generate(
+                prompt, max_tokens=_MOST_TOKENS, grammar=grammar_of(self._own, said)
+            )
+        else:
+            written = self.model.generate(
+                prompt, max_tokens=3 * _MOST_TOKENS, schema=schema_of(self._own)
+            )
+        lines = self._lines(written.text, said)
+        earlier = {each.quantity or 0.0 for exchange in before for each in exchange.orders}
+        earlier |= {number for text in (question, *texts) for number in numbers_in(text)}
+        amounts = _Amounts(message, written_as, numbers_in(message) | earlier)
+        lines = [amounts.multiplied(amounts.mended(each, lines), lines) for each in lines]
+        orders = tuple(dict.fromkeys(lines))
+        if len(orders) > 1:
+            orders = tuple(each for each in orders if each.do != "none")
+        orders = orders[:MOST_ORDERS] or (Order("none"),)
+        margins = written.margins and self._margins(orders, lines, written.margins)
+        if any(map(amounts.doubts, orders)):
+            found = zip(orders, margins or [_SUREST] * len(orders), strict=True)
+            margins = tuple(0.0 if amounts.doubts(each) else margin for each, margin in found)
+        return Reading(orders, written.log_probability, margins)
+
+    def prompt(
+        self, message: str, *, question: str = "", before: Sequence[ReadExample] = ()
+    ) -> list[Message]:
+        """The chat that the model answers with the reading of `message`."""
+        return self._prompt(message, question, [*self._examples, *before[-_WINDOW:]])
+
+    def _prompt(self, message: str, question: str, shown: Sequence[ReadExample]) -> list[Message]:
+        chat = [part for each in shown for part in self._chat(each)]
+        return [*self._opening, *chat, Message("user", _asked(question, message))]
+
+    def written(self, orders: Sequence[Order]) -> str:
+        """Orders as the model writes them."""
+        if self.form == "text":
+            return orders_to_text(orders)
+        return json.dumps([order_to_json(each) for each in orders], ensure_ascii=False)
+
+    def _chat(self, exchange: ReadExample) -> list[Message]:
+        said = _asked(exchange.question, exchange.message)
+        return [Message("user", said), Message("assistant", self.written(exchange.orders))]
+
+    def _margins(
+        self, orders: Sequence[Order], lines: Sequence[Order], margins: Sequence[float]
+    ) -> tuple[float, ...]:
+        """The margin of each order's first line; in JSON, that of the whole reading."""
+        found = dict.fromkeys(orders, min(margins))
+        if self.form == "text":
+            for order, margin in reversed([*zip(lines, margins, strict=False)]):
+                found[order] = margin
+        return tuple(found[order] for order in orders)
+
+    def _lines(self, text: str, said: Mapping[str, None]) -> tuple[Order, ...]:
+        """The orders that the model wrote, checked for words that nobody said."""
+        try:
+            if self.form == "text":
+                orders = orders_from_text(text, self._own)
+            else:
+                data = json.loads(text)
+                if not isinstance(data, list):
+                    raise InvalidInputError("A reading must be a list of orders.")
+                orders = tuple(order_from_json(each) for each in data)  # pyright: ignore
+                orders = orders_from_text(orders_to_text(orders), self._own)
+        except (ValueError, OverflowError, RecursionError, InvalidInputError) as error:
+            raise UnreadableAnswerError(f"The model wrote no reading: {error}") from None
+        for order in orders:
+            for phrase in (order.what, order.for_, order.where, order.if_):
+                if unsaid := [word for word in words_of(phrase) if word not in said]:
+                    raise UnreadableAnswerError(
+                        f"The model read {unsaid[0]!r}, which nobody said and nothing here is "
+                        "called. Please say it in other words."
+                    )
+        return orders
+
+
+class _Amounts:
+    """The amounts of a message, by which those of its reading are mended.
+
+    Args:
+        text: The message in plain figures.
+        written_as: How each figure was written.
+        numbers: All numbers that were said, now or earlier.
+    """
+
+    def __init__(self, text: str, written_as: Mapping[str, str], numbers: Collection[float]):
+        self._text, self._written_as, self._numbers = text, written_as, numbers
+        self._sums = sums_in(text)
+        self._counts = numbers_in(text, money=False)
+        self._percentages = numbers_in(" ".join(_PERCENTAGE.findall(text)))
+        self._percentages -= numbers_in(_PERCENTAGE.sub(" ", text)) if self._percentages else set()
+        self._unsure: set[Order] = set()
+
+    def mended(self, order: Order, lines: Sequence[Order]) -> Order:
+        """An order of a reading with its things as they were written and the unit of its quantity.
+
+        A sum of money has its currency, and a percentage its unit. A budget that nobody named is
+        one without a quantity.
+        """
+        names = ("what", "for_", "where", "if_")
+        order = replace(order, **{name: self._as_written(getattr(order, name)) for name in names})
+        if order.quantity is None:
+            return order
+        if order.do == "budget":
+            return self._budget(order, lines)
+        if not order.unit and order.quantity not in self._counts:
+            sums = (each for each in self._sums if float(each.amount) == order.quantity)
+            order = replace(order, unit=next((singular(each.currency) for each in sums), ""))
+        if not order.unit and order.quantity in self._percentages:
+            order = replace(order, unit="percent")
+        return self._holding(order) if order.unit and " " not in order.unit else order
+
+    def doubts(self, order: Order) -> bool:
+        """Whether nobody said an order's quantity, or it may be a part of a product.
+
+        Numbers up to a dozen are said in many ways.
+        """
+        if order in self._unsure:
+            return True
+        number = order.quantity or 0.0
+        broken = number > 1 and not number.is_integer() and not order.unit
+        return (number > _UP_TO or broken) and number not in self._numbers
+
+    def multiplied(self, order: Order, lines: Sequence[Order]) -> Order:
+        """A mended order with the product that was said: of "12 eggs x 2" and "2 x 12 eggs".
+
+        Where it is not plain what is multiplied, the order is one that `doubts` holds for.
+        """
+        if order.quantity is None or not order.what:
+            return order
+        what, number = re.escape(order.what.casefold()), r"([^\W_]+)"
+        before = rf"(?<![\w.,]){number} ?{_TIMES} ?{number} {what}(?!\w)"
+        beside = rf"(?<!\w){what},? {number} ?{_TIMES} ?{number}(?= *(?:[.,;!?]|$))"
+        words = r"((?: [^\W\d_][\w'-]*){0,4}?)"
+        after = rf"(?<![\w.,]){number}{words} {what} ?{_TIMES} ?{number}(?!\w)"
+        text = self._text.casefold()
+        whole = [
+            (one, "", other) for each in (before, beside) for one, other in re.findall(each, text)
+        ]
+        for first, between, second in [*whole, *re.findall(after, text)]:
+            one, other = (max(numbers_in(each), default=0.0) for each in (first, second))
+            if not other or not (one or first in ("a", "an")):
+                continue
+            factors, product = (one or 1.0, other), (one or 1.0) * other
+            rest = {singular(word) for word in words_of(between)} - {"of", *words_of(order.unit)}
+            alone = sum(each.what == order.what for each in lines) == 1
+            if order.quantity in (*factors, product) and alone and not rest:
+                self._numbers = {*self._numbers, product}
+                return replace(order, quantity=product)
+            if order.quantity in (factors[:1] if rest and alone else factors):
+                self._unsure.add(order)
+        return order
+
+    def _budget(self, order: Order, lines: Sequence[Order]) -> Order:
+        """A budget with its currency and its cents, which a reading may leave out or take alone."""
+        times = 1000 if order.unit in ("k", "K") else 1
+        order = replace(order, quantity=times * (order.quantity or 0))
+        order = replace(order, unit="") if times > 1 else order
+        counts = [each.quantity for each in lines if each.do != "budget"]
+        for sum in self._sums:
+            cents = 0 if sum.beside in counts else sum.beside
+            if order.quantity in (float(sum.amount), cents or None):
+                amount = float(sum.amount) + cents / 100
+                return replace(order, quantity=amount, unit=singular(sum.currency))
+        return order if order.quantity in self._numbers else Order("budget", if_=order.if_)
+
+    def _holding(self, order: Order) -> Order:
+        """An order for packs with their size, if it was said: "a 6-pack", "2 boxes of 12 eggs"."""
+        unit, count = re.escape(order.unit), order.quantity or 1.0
+        first, _, rest = order.what.partition(" ")
+        what = rest if rest and numbers_in(first) else order.what
+        holding = rf"\b{unit}(?:e?s)? of (\w+) {re.escape(what)}"
+        if found := re.search(holding, self._text, re.IGNORECASE):
+            size = max(numbers_in(found[1]), default=0)
+            return replace(order, what=what, unit=f"{order.unit} of {size:g}") if size else order
+        sized = rf"(?:(\w+) (?:x )?)?(?<![\w.,])(\w+?)[ -]?{unit}(s?)(?!\w)"
+        for found in re.finditer(sized, self._text if order.unit in _PACKS else ""):
+            size = max(numbers_in(found[2]), default=0)
+            packs = max(numbers_in(found[1] or ""), default=0)
+            if size and packs and count in (packs, size):
+                return replace(order, quantity=packs, unit=f"{size:g}-{order.unit}")
+            if size == count != 1 and not found[3]:
+                return replace(order, quantity=1.0, unit=f"{size:g}-{order.unit}")
+        return order
+
+    def _as_written(self, phrase: str) -> str:
+        return " ".join(self._written_as.get(word, word) for word in phrase.split())
+
+
+def reader_of(
+    model: Generator, verbs: Sequence[Verb], *, task: str = "", examples: Sequence[Example] = ()
+) -> Reader:
+    """The reader of a domain, by the part of the model that was taught to read if there is one.
+
+    Args:
+        model: From `open_model`, or any that writes.
+        verbs: The domain's own verbs.
+        task: The agent and its task.
+        examples: Few-shot examples.
+    """
+    return Reader(
+        getattr(model, "reader", model),
+        verbs,
+        task=task,
+        examples=examples,
+        taught=bool(getattr(model, "taught", False)),
+    )
+
+
+def grammar_of(verbs: Sequence[Verb], words: Iterable[str]) -> str:
+    """A grammar, in GBNF, of the readings that use only these words; see `orders_from_text`.
+
+    Words with control characters and the like are left out: a model may have no token for them.
+    """
+    known = [_literal(word) for word in words if not _UNWRITTEN & {*map(category, word)}]
+    known = known or ['"nothing"']
+    rules = [
+        f'root ::= order ("\\n" order){{0,{MOST_ORDERS - 1}}}',
+        f"words ::= word ({_literal(' ')} word){{0,{_LONGEST_NAME - 1}}}",
+        f"word ::= {' | '.join(known)}",
+        'quantity ::= [0-9]{1,6} ("." [0-9]{1,3})? (" " unit)?',
+        'unit ::= part (" " part){0,2}',
+        "part ::= [^ |\\n\\r\\t]{1,16}",
+        f"why ::= {' | '.join(map(_literal, REASONS))}",
+    ]
+    forms: list[str] = []
+    for verb in (*verbs, *DIALOGUE_ACTS):
+        parts = [_literal(verb.name)]
+        for slot in SLOTS:
+            if slot not in (*verb.slots, "if"):
+                continue
+            if slot == "what":
+                parts.append('" " words' if verb.name in _NAMING else '(" " words)?')
+            elif slot == "quantity":
+                parts.append('(" | " quantity)?')
+            else:
+                value = "why" if slot == "why" else "words"
+                parts.append(f"({_literal(f' | {slot} ')} {value})?")
+        forms.append(" ".join(parts))
+    return "\n".join([f"order ::= {' | '.join(forms)}", *rules])
+
+
+def schema_of(verbs: Sequence[Verb]) -> dict[str, Any]:
+    """A JSON schema of readings."""
+    text: dict[str, Any] = {"type": "string", "maxLength": 120}
+    order: dict[str, Any] = {
+        "type": "object",
+        "properties": {
+            "do": {"enum": [verb.name for verb in (*verbs, *DIALOGUE_ACTS)]},
+            **dict.fromkeys(_PHRASES, text),
+            "quantity": {"type": "number"},
+            "unit": {"type": "string", "maxLength": 40},
+            "why": {"enum": [*REASONS]},
+        },
+        "required": ["do"],
+        "additionalProperties": False,
+    }
+    return {"type": "array", "items": order, "minItems": 1, "maxItems": MOST_ORDERS}
+
+
+def _legible(text: str) -> str:
+    """A text with plain characters and figures."""
+    return figures(plain(text))[0]
+
+
+def _asked(question: str, message: str) -> str:
+    return f"(Asked: {question})\n{message}" if question else message
+
+
+def _literal(text: str) -> str:
+    escaped = re.sub(r'(["\\])', r"\\\1", text)
+    return f'"{escaped}"'
+
+
+def check_verbs(verbs: Sequence[Verb], examples: Sequence[Example] = ()) -> None:
+    """Check that a reader can use these verbs, and examples of orders by them.
+
+    Raises:
+        InvalidInputError: There are none, something else, two of the same name, or an unknown slot;
+            or an example does not parse.
+    """
+    if isinstance(verbs, Verb):
+        raise InvalidInputError(
+            f"`verbs` must be a tuple of Verbs, not the one Verb {verbs.name!r}. Write "
+            "verbs = (Verb(...),), with the comma."
+        )
+    if not verbs:
+        raise InvalidInputError(
+            "The environment declares no verbs, so that nothing can be asked of it. Give `verbs`, "
+            'such as (Verb("add", "plant something"),).'
+        )
+    taken = {act.name for act in DIALOGUE_ACTS}
+    for verb in verbs:
+        if not isinstance(cast("object", verb), Verb):
+            raise InvalidInputError(f"`verbs` must be a tuple of Verbs; {verb!r} is none.")
+        if isinstance(cast("object", verb.slots), str):
+            raise InvalidInputError(
+                f"The slots of the verb {verb.name!r} must be a tuple, not the text "
+                f"{verb.slots!r}. Write ({verb.slots!r},), with the comma."
+            )
+        if verb.name in taken:
+            raise InvalidInputError(
+                f"There is a verb or dialogue act {verb.name!r} already. Choose another name."
+            )
+        taken.add(verb.name)
+        if not re.fullmatch(r"[a-z]+(?: [a-z]+)*", verb.name):
+            raise InvalidInputError(
+                f"The verb {verb.name!r} must be words in small letters, such as 'turn on'."
+            )
+        for slot in verb.slots:
+            if slot not in SLOTS:
+                raise InvalidInputError(
+                    f"The verb {verb.name!r} has a slot {slot!r}. The slots are: "
+                    f"{', '.join(SLOTS)}."
+                )
+    for example in examples:
+        if not isinstance(cast("object", example), Example):
+            raise InvalidInputError(f"`examples` must be a tuple of Examples; {example!r} is none.")
+        try:
+            orders_from_text(example.orders, verbs)
+        except InvalidInputError as error:
+            raise InvalidInputError(
+                f"The orders of the example {example.message!r} cannot be read. {error} "
+                "docs/reading.md shows their form."
+            ) from None

@@ -1,0 +1,333 @@
+"""The embedded engine: exact log-probabilities, and text, from a GGUF model by llama.cpp."""
+
+from __future__ import annotations
+
+import hashlib
+import os
+import weakref
+from collections.abc import Callable, Sequence
+from itertools import chain
+from pathlib import Path
+
+import numpy as np
+
+from goalscope.base.types import Message, ModelError
+from goalscope.models import Array
+from goalscope.models.adapters import adapter_metadata
+from goalscope.models.llama.copies import merged
+from goalscope.models.llama.engine import Engine
+from goalscope.models.llama.native import DOWNLOAD_AGAIN, MAX_PATHS, KVCache, Weights
+from goalscope.models.llama.sampling import Logits, log_prob
+from goalscope.models.llama.trie import Trie
+from goalscope.models.llama.tune import prompt_seconds, split_files, tuned
+from goalscope.models.local import LocalModel, synchronized
+from goalscope.models.scoring import Pair
+
+__all__ = ["EMBEDDED", "LlamaCpp", "embedded_path", "processors"]
+
+EMBEDDED = "HuggingFaceTB/SmolLM2-135M-Instruct"
+"""The embedded model's name on the hub."""
+
+_CACHES = 32  # trees kept at once: one for each goal, and some for other calls in between
+_ONE_TREE = 4096  # tokens; attention looks over the whole tree, so larger ones cost more than save
+_BRANCHES = 1024  # tokens of a tree beside its trunk, where the next tree needs only the trunk
+_CACHE_BYTES = 1 << 30  # of all caches, besides what a computation needs
+
+
+class LlamaCpp(LocalModel):
+    """A GGUF model that writes and scores; see `LocalModel`.
+
+    Attributes:
+        tuning: The loaded file and its settings.
+    """
+
+    def __init__(
+        self,
+        path: str | Path | None = None,
+        *,
+        adapter: str | Path | None = None,
+        merge: bool = False,
+        context_size: int = 4096,
+        threads: int | None = None,
+        report: Callable[[str, float], object] | None = None,
+        measure: bool = True,
+    ) -> None:
+        """Load a model.
+
+        Args:
+            path: GGUF file; the embedded SmolLM2-135M-Instruct if None.
+            adapter: GGUF file of a LoRA adapter for it, as `goalscope fit` makes them.
+            merge: Whether to use an 8-bit copy of the weights merged with the adapter, which writes
+                twice as fast; only for files tuned for this machine.
+            context_size: Maximum number of tokens of a prompt with its answer, up to the model's
+                trained context.
+            threads: Maximum number of threads; that of the available processors if None.
+            report: Called with the step and the share done while the first use of a file tunes it.
+            measure: Whether the first use of a file tunes it; else it runs as it is.
+
+        Raises:
+            ModelError: The file is missing or not a complete chat model, or the engine is missing.
+        """
+        super().__init__()
+        source = Path(path) if path is not None else embedded_path()
+        self.tuning = tuned(source, threads or processors(), report, measure)
+        self.adapter = Path(adapter) if adapter is not None else None
+        whole = self._merged() if merge else None
+        self._weights = Weights(whole or self.tuning.path, remedy=self.remedy)
+        if self.adapter is not None and not whole:
+            self._weights.adapt(self.adapter)
+        self.adapter_metadata = adapter_metadata(self.adapter) if self.adapter else {}
+        if self._weights.is_recurrent:
+            raise ModelError(
+                f"{source} has recurrent layers, which are not supported by this engine. Run "
+                "it with Transformers (hf:NAME) or on a server."
+            )
+        self._caches = [KVCache(self._weights, self.tuning.running) for _ in range(_CACHES)]
+        self._free = weakref.finalize(self, _free, self._weights, self._caches)
+        self.name = self._weights.metadata("general.name") or source.stem
+        trained: int = self._weights.lib.llama_model_n_ctx_train(self._weights.model)
+        self._context_size = min(context_size, trained)
+        self.tokenizer = self._weights.chat_tokenizer()
+        self._writing = self._caches[0]
+        self._logits = np.empty(self._weights.vocab_size, np.float32)
+
+    def _merged(self) -> Path | None:
+        """A copy of the weights with the adapter in them; None where there can be none."""
+        if self.adapter is None or self.path == self.tuning.source:
+            return None  # there is no folder of our own
+        try:
+            return merged(self.path, self.adapter, self.path.parent)
+        except (OSError, ModelError):
+            return None
+
+    @property
+    def remedy(self) -> str:
+        """See `LocalModel.remedy`."""
+        if self.tuning.path != self.tuning.source:
+            return f"Delete the copies in {self.tuning.path.parent}; goalscope recreates them."
+        is_own = self.tuning.source == embedded_path()
+        return "Reinstall goalscope." if is_own else DOWNLOAD_AGAIN
+
+    @property
+    def context_size(self) -> int:
+        """Most tokens that one pair (context and continuation) may have."""
+        return self._context_size
+
+    @property
+    def vocabulary(self) -> Weights:
+        """See `LocalModel.vocabulary`."""
+        return self._weights
+
+    @property
+    def path(self) -> Path:
+        """The GGUF file that was loaded: the given one, or a faster copy of it."""
+        return self.tuning.path
+
+    @property
+    def parameters(self) -> int:
+        """Number of the model's weights."""
+        return int(self._weights.lib.llama_model_n_params(self._weights.model))
+
+    @property
+    def tokens_decoded(self) -> int:
+        """Tokens run through the model so far."""
+        return sum(cache.tokens_decoded for cache in self._caches)
+
+    @property
+    def engine(self) -> Engine:
+        """The engine that runs it."""
+        return self._weights.engine
+
+    @property
+    def weight_type(self) -> str:
+        """Type of most weights, such as "BF16"."""
+        return self._weights.type_name
+
+    @property
+    def fingerprint(self) -> str:
+        """The content of the file, all its parts and its adapter, and the engine's version."""
+        digests: list[str] = []
+        for part in [*split_files(self.path), *([self.adapter] if self.adapter else [])]:
+            with part.open("rb") as file:
+                digests.append(hashlib.file_digest(file, "sha256").hexdigest())
+        merged = " merged" if self._weights.path != self.path else ""
+        return f"{' '.join(digests)}{merged} {self.engine.name}"
+
+    @synchronized
+    def describe(self) -> str:
+        """One line on what is loaded."""
+        how = self.tuning.running
+        tuned = ", tuned for this machine" if self.tuning.trials else ""
+        return (
+            f"{self.name} ({self.parameters / 1e6:.0f}M weights, {self.weight_type}, "
+            f"{how.threads} threads, batches of {how.batch}{tuned}) "
+            f"from {self.path}{f' with {self.adapter}' if self.adapter else ''}"
+        )
+
+    @synchronized
+    def clear_cache(self) -> None:
+        """Clear the cached prompts, so that the next calls answer like a new model."""
+        for cache in self._caches:
+            cache.free()
+
+    def free(self) -> None:
+        """See `LocalModel.free`."""
+        self._free()
+
+    @synchronized
+    def read(self, prompt: Sequence[int], room: int) -> Logits:
+        """See `LocalModel.read`."""
+        trie = Trie()
+        trie.add(prompt)
+        self._writing = self._cache_for(trie)
+        logits = self._logits
+        self._writing.load(
+            trie, {trie.paths[0][-1]}, lambda _, row: np.copyto(logits, row), room=room
+        )
+        return logits
+
+    @synchronized
+    def push(self, token: int) -> Logits:
+        """See `LocalModel.push`."""
+        self._writing.push(token, lambda _, row: np.copyto(self._logits, row))
+        return self._logits
+
+    @synchronized
+    def prompt_seconds(
+        self, tokens: int = 512, *, scored: int = 0, by: Engine | None = None
+    ) -> float:
+        """Time to read one prompt with an empty cache, and to score its last `scored` tokens.
+
+        By another engine it is that of the weights without an adapter.
+        """
+        weights = Weights(self.path, by=by) if by else self._weights
+        try:
+            return prompt_seconds(weights, self.tuning.running, tokens, scored=scored)
+        finally:
+            if by:
+                weights.free()
+
+    @synchronized
+    def score(self, pairs: Sequence[Pair]) -> list[Array]:
+        """See `TokenScorer.score`. Beginnings that pairs share, also with recent calls, are cached.
+
+        Pairs with one opening share a cache, unless all fit one tree.
+        """
+        families: dict[Message | None, list[int]] = {}
+        large = sum(len(pair.prompt) + len(pair.answer) for pair in pairs) > _ONE_TREE
+        for index, pair in enumerate(pairs):
+            families.setdefault(pair.opening if large else None, []).append(index)
+        each = -(-len(families) // (_CACHES - 1)) or 1  # families of one cache
+        lists = [_in_tree_order(pairs, family) for family in families.values()]
+        groups = [[*chain(*lists[i : i + each])] for i in range(0, len(lists), each)]
+        limit = _BRANCHES if large and each == 1 else self._context_size
+        return self._score(pairs, groups, limit)
+
+    def _score(
+        self, pairs: Sequence[Pair], groups: Sequence[Sequence[int]], limit: int
+    ) -> list[Array]:
+        """Score pairs; each group of their numbers shares a cache, for one tree after another."""
+        results: list[Array] = [np.zeros(0)] * len(pairs)
+        used: list[KVCache] = []
+        for group in groups:
+            waiting = list(group)
+            cache: KVCache | None = None
+            while waiting:
+                trie, spots = self._plant(pairs, waiting, limit)
+                wanted: dict[int, dict[int, float]] = {}
+                for node, token in chain.from_iterable(spots):
+                    wanted.setdefault(node, {})[token] = np.nan
+
+                def read(
+                    node: int, row: Logits, wanted: dict[int, dict[int, float]] = wanted
+                ) -> None:
+                    for token in wanted[node]:
+                        wanted[node][token] = log_prob(row, token)
+
+                cache = cache or self._cache_for(trie, used)
+                cache.load(trie, set(wanted), read)
+                for index, spot in zip(waiting, spots, strict=False):
+                    results[index] = np.array([wanted[node][token] for node, token in spot])
+                waiting = waiting[len(spots) :]
+            used += [cache] if cache else []
+        return results
+
+    def _plant(
+        self, pairs: Sequence[Pair], indices: Sequence[int], branches: int
+    ) -> tuple[Trie, list[list[tuple[int, int]]]]:
+        """A tree of as many pairs as fit, and for each the nodes with the token to score after.
+
+        It has at most `branches` nodes beside those of the first pair's prompt.
+        """
+        first = pairs[indices[0]].prompt
+        limit = min(max(self._context_size, _ONE_TREE), len(first) + branches)
+        trie = Trie()
+        spots: list[list[tuple[int, int]]] = []
+        for prompt, answer, _ in (pairs[index] for index in indices):
+            path = [*prompt, *answer[:-1]]
+            if spots and (
+                len(trie.paths) == MAX_PATHS
+                or len(trie) + len(path) - len(trie.match(path)) > limit
+            ):
+                break
+            nodes = trie.paths[trie.add(path)][len(prompt) - 1 :]
+            spots.append(list(zip(nodes, answer, strict=True)))
+        return trie, spots
+
+    def _cache_for(self, trie: Trie, used: Sequence[KVCache] = ()) -> KVCache:
+        """The cache that holds most of the paths, or the least recently used if none holds half.
+
+        One in `used`, by an earlier group of the same call, is not taken while there are others.
+        The least recently used give their memory back when all together take too much.
+        """
+        paths = [[trie.tokens[node] for node in nodes] for nodes in trie.paths]
+        free = [cache for cache in self._caches if cache not in used] or self._caches
+        best = max(free, key=lambda cache: cache.overlap(paths))
+        if best.overlap(paths) < 0.5:
+            best = free[0]
+        self._caches.remove(best)
+        self._caches.append(best)
+        for cache in self._caches[:-1]:
+            if sum(cache.bytes for cache in self._caches) <= _CACHE_BYTES:
+                break
+            cache.free()
+        return best
+
+
+def _in_tree_order(pairs: Sequence[Pair], numbers: Sequence[int]) -> list[int]:
+    """Numbers of pairs in an order that brings like beginnings together, a longest prompt last."""
+    order = sorted(numbers, key=lambda number: (pairs[number].prompt, pairs[number].answer))
+    if len(pairs[order[0]].prompt) > len(pairs[order[-1]].prompt):
+        order.reverse()
+    return order
+
+
+def processors() -> int:
+    """Processors that this process may use: no more than OMP_NUM_THREADS, where that is set."""
+    allowed = os.environ.get("OMP_NUM_THREADS", "")
+    if hasattr(os, "sched_getaffinity"):
+        count = len(os.sched_getaffinity(0))
+    else:
+        count = os.cpu_count() or 1
+    return min(count, int(allowed)) if allowed.isdecimal() and int(allowed) else count
+
+
+def _free(weights: Weights, caches: Sequence[KVCache]) -> None:
+    for cache in caches:
+        cache.free()
+    weights.free()
+
+
+def embedded_path() -> Path:
+    """The GGUF file of the embedded model.
+
+    Raises:
+        ModelError: It is missing.
+    """
+    path = Path(__file__).parents[1] / "embedded" / "SmolLM2-135M-Instruct.Q4_1.gguf"
+    if not path.is_file():
+        raise ModelError(
+            "The embedded model is missing. Reinstall goalscope (`pip install .` in its "
+            "source folder), or name a GGUF file."
+        )
+    return path

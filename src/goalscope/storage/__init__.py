@@ -1,0 +1,1 @@
+"""What outlives a process: episodes, rounds and tracking sessions in a database."""

@@ -1,0 +1,262 @@
+"""An episode stored as it runs, so that it can be resumed after any interruption."""
+
+from __future__ import annotations
+
+import json
+import shlex
+from collections.abc import Callable, Iterator
+from dataclasses import asdict, replace
+from typing import Any, get_args
+
+from goalscope.agent.agent import Agent, run_episode
+from goalscope.agent.habits import habitual
+from goalscope.agent.people import ConsoleHuman, Human, ScriptedHuman, SimulatedHuman
+from goalscope.agent.round import Round
+from goalscope.agent.settings import (
+    Domain,
+    Settings,
+    likelihood_for,
+    profile_named,
+    profiles_of,
+    settings_of,
+    toolkit_for,
+)
+from goalscope.base.types import TRACKING, Goal, GoalChange, InvalidInputError, Turn, pluralize
+from goalscope.belief.belief import Belief
+from goalscope.belief.calibrations import calibration_named
+from goalscope.belief.goal_order import Ranking
+from goalscope.belief.tracker import Correction
+from goalscope.envs import Environment, met_checks
+from goalscope.models import Model, model_name
+from goalscope.storage.store import EpisodeInfo, Store, new_episode
+
+__all__ = ["Session", "more_rounds", "resuming", "saved_settings"]
+
+
+def resuming(info: EpisodeInfo) -> str:
+    """The command that resumes an episode; Python files of one's own must be named again."""
+    own = [] if info.domain in get_args(Domain) else [info.domain]
+    likelihood = info.settings.get("likelihood")
+    named = ["--likelihood", str(likelihood)] if likelihood else []
+    return shlex.join(["goalscope", "chat", *own, *named, "--resume", info.id])
+
+
+def more_rounds(info: EpisodeInfo, rounds: int) -> str:
+    """How to resume an episode that has had its `rounds`."""
+    return f"To continue, run `{resuming(info)} --rounds {2 * rounds}`."
+
+
+def saved_settings(info: EpisodeInfo, *, rounds: int | None = None) -> Settings:
+    """The settings with which a stored episode is resumed.
+
+    Args:
+        info: The episode.
+        rounds: Most rounds, if not as before.
+
+    Raises:
+        InvalidInputError: The episode is complete, has had all its rounds, or is another program's.
+    """
+    if info.domain == TRACKING:
+        raise InvalidInputError(
+            f"Episode {info.id} belongs to another program, and only that program can continue it."
+        )
+    settings = settings_of(info.settings)
+    if rounds is not None:
+        settings = replace(settings, rounds=rounds)
+    if info.ended == "terminated":
+        raise InvalidInputError(
+            f"Episode {info.id} is complete. `goalscope replay {info.id}` shows it."
+        )
+    if info.rounds >= settings.rounds:
+        raise InvalidInputError(
+            f"Episode {info.id} has reached its limit of "
+            f"{pluralize(settings.rounds, 'round')}. " + more_rounds(info, settings.rounds)
+        )
+    return settings
+
+
+class Session:
+    """One episode, which is stored with its first round and grows in the store round by round.
+
+    Attributes:
+        id: The episode's id in the store.
+        profile: The simulated person; None for a real one.
+        earlier: Rounds that a resumed episode had before.
+    """
+
+    def __init__(
+        self,
+        store: Store,
+        settings: Settings,
+        env: Environment,
+        model: Model,
+        *,
+        profile: str | None = None,
+        read: Callable[[str], str] | None = None,
+        owner: str | None = None,
+        resume: EpisodeInfo | None = None,
+        progress: Callable[[str], None] | None = None,
+        understood: Callable[[Round], None] | None = None,
+    ) -> None:
+        """Begin an episode, or resume one.
+
+        Args:
+            store: Keeps the rounds.
+            settings: What is to run.
+            env: Where the agent acts; it is reset.
+            model: Writes and scores.
+            profile: Name of the simulated person; `run` needs it unless the human is "you".
+            read: Shows a query to the person at the terminal and returns their words; `run` needs
+                it if the human is "you".
+            owner: Whose episode it is, on the web page.
+            resume: The stored episode to resume.
+            progress: See `Agent`, as for the next.
+            understood: Called with each round before the agent acts.
+
+        Raises:
+            InvalidInputError: There is no such profile, or no other one whose goal they could
+                have before they change their mind.
+        """
+        self.profile = profile_named(settings, profile) if profile else None
+        self._store, self._settings, self._env = store, settings, env
+        self._agent = Agent(
+            env,
+            model,
+            method=settings.method,
+            likelihood=likelihood_for(settings, model) if settings.method == "good" else None,
+            calibration=calibration_named(settings.calibration) if settings.calibration else None,
+            propose=settings.propose,
+            k=settings.k,
+            pipeline=settings.pipeline,
+            modules=toolkit_for(settings, model),
+            progress=progress,
+            understood=understood,
+        )
+        self._human = self._make_human(model, read)
+        self.earlier = store.rounds(resume.id) if resume else []
+        self._agent.resume(self.earlier)
+        corrections = store.corrections(resume.id, len(self.earlier)) if resume else []
+        for correction, goal, text in corrections:
+            self._agent.correct(correction, Goal(goal), text)
+        self._new: dict[str, Any] | None = None
+        if resume:
+            self.id = resume.id
+        else:
+            self._new = new_episode(
+                domain=settings.domain,
+                profile=profile,
+                owner=owner,
+                method=settings.method,
+                model=model_name(model),
+                task=env.task,
+                settings=asdict(settings),
+            )
+            self.id = str(self._new["id"])
+
+    @property
+    def is_stored(self) -> bool:
+        """Whether the store has the episode: once there is a round, a correction, or `begin`."""
+        return self._new is None
+
+    @property
+    def info(self) -> EpisodeInfo:
+        """What the store knows of the episode, or will know once it is stored."""
+        if self._new is None:
+            return self._store.episode(self.id)
+        row = {**self._new, "settings": json.loads(self._new["settings"])}
+        return EpisodeInfo(**row, ended=None, score=None, rounds=0)
+
+    def begin(self) -> None:
+        """Store the episode now, not only with its first round."""
+        if self._new is not None:
+            self._store.add(self._new)
+            self._new = None
+
+    def run(self) -> Iterator[Round]:
+        """Yield each new round as soon as it is on disk."""
+        if self._human is None:
+            raise ValueError("a person at the terminal needs a `read` function")
+        for round in run_episode(self._agent, self._human, max_rounds=self._settings.rounds):
+            self._keep(round)
+            yield round
+
+    def ask(self) -> str:
+        """See `Agent.ask`."""
+        return self._agent.ask()
+
+    def step(self, query: str, utterance: str, *, confirmed: str = "") -> Round:
+        """See `Agent.step`; the round is on disk when it returns."""
+        return self._agent.step(query, utterance, confirmed=confirmed, keep=self._keep)
+
+    def _keep(self, round: Round) -> None:
+        end = None
+        if round.terminated or round.number >= self._settings.rounds:
+            met = self.checks_met()
+            score = sum(met) / len(met) if met else None
+            end = "terminated" if round.terminated else "truncated", score
+        self._store.append(self.id, round, new=self._new, end=end)
+        self._new = None
+
+    def correct(self, correction: Correction, goal: Goal, text: str = "") -> Belief:
+        """See `Agent.correct`; it is on disk before it is shown."""
+        belief = self._agent.correct(correction, goal, text)
+        try:
+            self.begin()
+            self._store.correct(self.id, len(self._agent.rounds), (correction, goal.text, text))
+        except BaseException:
+            self._agent.undo_correction()
+            raise
+        return belief
+
+    def undo_correction(self) -> Belief:
+        """See `Agent.undo_correction`; it is on disk before it is shown."""
+        if self.can_undo_correction:
+            self._store.undo_correction(self.id, len(self._agent.rounds))
+        return self._agent.undo_correction()
+
+    @property
+    def corrections(self) -> list[GoalChange]:
+        """The corrections of the goals since the last round."""
+        return self._agent.corrections
+
+    @property
+    def can_undo_correction(self) -> bool:
+        """Whether there is a correction to undo."""
+        return self._agent.can_undo_correction
+
+    @property
+    def belief(self) -> Belief | Ranking | None:
+        """See `Agent.belief`."""
+        return self._agent.belief
+
+    @property
+    def rounds(self) -> list[Round]:
+        """The rounds so far."""
+        return self._agent.rounds
+
+    @property
+    def turns(self) -> list[Turn]:
+        """The transcript so far."""
+        return self._agent.turns
+
+    def checks_met(self) -> list[bool]:
+        """Which of the profile's checks the present state meets; none without a profile."""
+        return met_checks(self._env, self.profile) if self.profile else []
+
+    def unwanted(self) -> list[str] | None:
+        """What neither the profile's checks nor its `welcome` list names; None without a list."""
+        profile = self.profile
+        return self._env.unwanted(profile) if profile and profile.welcome else None
+
+    def _make_human(self, model: Model, read: Callable[[str], str] | None) -> Human | None:
+        human, seed = self._settings.human, self._settings.seed
+        if human == "you":
+            return read and ConsoleHuman(read)
+        if self.profile is None:
+            raise ValueError("a scripted or simulated person needs a profile")
+        if human == "scripted":
+            return ScriptedHuman(self.profile, self._env)
+        if human == "simulated":
+            return SimulatedHuman(model, self.profile, self._env, seed)
+        people = profiles_of(self._settings)
+        return habitual(human, model, self.profile, self._env, seed=seed, people=people)

@@ -1,0 +1,408 @@
+"""Tracking sessions: beliefs over the goals of people who talk with other programs, stored."""
+
+from __future__ import annotations
+
+from collections import OrderedDict
+from collections.abc import Callable, Iterable, Sequence
+from dataclasses import asdict, dataclass, replace
+from threading import Lock
+from typing import Any
+
+from goalscope.agent.round import Round
+from goalscope.agent.settings import Settings, likelihood_for, settings_of
+from goalscope.agent.toolkit import toolkit_of
+from goalscope.base.types import (
+    TRACKING,
+    UNSPECIFIED,
+    ConflictError,
+    Goal,
+    GoalChange,
+    InvalidInputError,
+    Turn,
+    checked_text,
+    distinct,
+    goals_of,
+    readable,
+)
+from goalscope.belief.advice import Advice, Advised, advised
+from goalscope.belief.belief import Belief
+from goalscope.belief.calibration import DEFAULT
+from goalscope.belief.calibrations import calibration_named
+from goalscope.belief.explain import Reason, reasons
+from goalscope.belief.goal_manager import GoalManager, made_from
+from goalscope.belief.tracker import Correction, GoalTracker
+from goalscope.models import Model, model_name
+from goalscope.storage.round_json import belief_from_json, belief_to_json
+from goalscope.storage.store import EpisodeInfo, Store
+
+__all__ = ["Tracked", "Trackers"]
+
+MAX_GOALS, MAX_TURNS = 200, 200
+"""Of a session."""
+
+MAX_TEXT, MAX_GOAL = 4000, 500
+"""Characters of a task, a query or an utterance, and of a goal."""
+
+CACHED = 16
+"""Sessions whose rounds stay in memory."""
+
+TOO_MANY = f"A session has at most {MAX_GOALS} goals. Rule out or leave out some."
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Tracked:
+    """A session as it stands after a turn.
+
+    Attributes:
+        info: The episode of the store that keeps it.
+        rounds: One for each turn so far.
+    """
+
+    info: EpisodeInfo
+    rounds: tuple[Round, ...]
+
+    @property
+    def id(self) -> str:
+        """The session's id."""
+        return self.info.id
+
+    @property
+    def task(self) -> str:
+        """The assistant's task."""
+        return self.info.task
+
+    @property
+    def closed(self) -> bool:
+        """Whether no turn can follow."""
+        return self.info.ended is not None
+
+    @property
+    def turns(self) -> tuple[Turn, ...]:
+        """The dialogue so far."""
+        return tuple(round.turn for round in self.rounds)
+
+    @property
+    def belief(self) -> Belief:
+        """Over the goals and `UNSPECIFIED`, with the corrections since the last turn."""
+        newest = self.rounds[-1].belief if self.rounds else None
+        return newest if isinstance(newest, Belief) else belief_from_json(self.begun["belief"])
+
+    @property
+    def changes(self) -> tuple[GoalChange, ...]:
+        """Goals that came, went or were confirmed with the last turn and since."""
+        if self.rounds:
+            return self.rounds[-1].changes
+        return tuple(
+            GoalChange(each["kind"], Goal(**each["goal"]), each["reason"], each["final"])
+            for each in self.begun["changes"]
+        )
+
+    @property
+    def notes(self) -> tuple[str, ...]:
+        """Notes about how the last turn was understood."""
+        return self.rounds[-1].notes if self.rounds else ()
+
+    @property
+    def begun(self) -> dict[str, Any]:
+        """The belief and corrections before the first turn, and whether goals are proposed."""
+        return self.info.settings[TRACKING]
+
+    @property
+    def advice(self) -> Advice:
+        """What an assistant should do next; see `goalscope.belief.advice.advice`."""
+        return self.advised.advice
+
+    @property
+    def advised(self) -> Advised:
+        """The advice with its reason."""
+        since = made_from([round.changes for round in self.rounds])
+        return advised(self, since=since, proposed=self.proposed)
+
+    @property
+    def proposed(self) -> set[Goal]:
+        """The goals that a model proposed; see `goalscope.belief.advice.advice`."""
+        came = [each for r in self.rounds for each in r.changes if each.kind == "added"]
+        source = {each.goal: each.source for each in came}  # of the newest change
+        return {goal for goal, each in source.items() if each == "model"}
+
+
+class Trackers:
+    """Tracking sessions. What a call has changed is on disk when it returns.
+
+    Threads may share it; calls that need the model run one at a time, and reading waits for none.
+
+    Args:
+        store: Keeps the sessions, as episodes of the domain `TRACKING`.
+        model: Opens the model, or returns the one that is open.
+        defaults: Settings of new sessions: the model's, layout, end of turn, calibration, seed.
+    """
+
+    def __init__(
+        self, store: Store, model: Callable[[], Model], defaults: Settings | None = None
+    ) -> None:
+        self._store, self._model = store, model
+        self._defaults = defaults or Settings()
+        self._lock, self._cache_lock = Lock(), Lock()
+        self._cache: OrderedDict[str, tuple[Round, ...]] = OrderedDict()
+
+    def open(
+        self,
+        task: str,
+        goals: Iterable[str | Goal] = (),
+        *,
+        propose: bool = False,
+        owner: str | None = None,
+    ) -> Tracked:
+        """Begin a session.
+
+        Args:
+            task: The assistant's task, in a sentence.
+            goals: What the person may want.
+            propose: Whether the model proposes goals when none explains the words, and removes its
+                own again.
+            owner: Whose session it is.
+
+        Raises:
+            InvalidInputError: A text is empty, broken or too long, or the goals are too many.
+        """
+        settings = self._defaults
+        task = checked_text(task, "task", MAX_TEXT)
+        with self._lock:
+            model = self._model()
+            likelihood = likelihood_for(settings, model)
+            tracker = GoalTracker(task=task, likelihood=likelihood)
+            given = _new(tracker.belief, goals)
+            tracker.add(given)  # refuses goals with too many tokens
+            calibration = DEFAULT if propose and not given else likelihood.calibration
+            if settings.calibration:
+                calibration = calibration_named(settings.calibration)
+            belief = replace(tracker.belief, calibration=calibration)
+            id = self._store.begin(
+                domain=TRACKING,
+                method="good",
+                model=model_name(model),
+                task=task,
+                settings={**asdict(settings), TRACKING: _begun(belief, (), propose)},
+                owner=owner,
+            )
+        return self.read(id)
+
+    def read(self, id: str) -> Tracked:
+        """The session as it stands.
+
+        Raises:
+            InvalidInputError: There is no such session.
+        """
+        try:
+            info = self._store.episode(readable(id, "id"))
+        except InvalidInputError:
+            info = None
+        if info is None or info.id != id or info.domain != TRACKING:
+            raise InvalidInputError(f"There is no tracking session {id!r}.")
+        return Tracked(info, self._rounds(id))
+
+    def observe(self, id: str, turn: int | None, query: str, utterance: str) -> Tracked:
+        """Take in what the person said.
+
+        The same turn again changes nothing, and returns what it did the first time (with the
+        corrections since, if it is the last one).
+
+        Args:
+            id: The session's.
+            turn: 1 for the first; None for the next.
+            query: What the assistant had said; may be empty.
+            utterance: What the person answered.
+
+        Raises:
+            ConflictError: The turn was sent in other words, is not the next one, or the session is
+                closed or belongs to another model.
+            InvalidInputError: There is no such session, or a text is broken or too long.
+        """
+        query = checked_text(query, "query", MAX_TEXT) if readable(query, "query").strip() else ""
+        said = Turn(query, checked_text(utterance, "utterance", MAX_TEXT))
+        with self._lock:
+            session = self.read(id)
+            rounds = session.rounds
+            turn = len(rounds) + 1 if turn is None else turn
+            if 1 <= turn <= len(rounds):
+                if rounds[turn - 1].turn.plain() != said.plain():
+                    raise ConflictError(f"Turn {turn} was sent before with different words.")
+                return replace(session, rounds=rounds[:turn])
+            if turn != len(rounds) + 1:
+                raise ConflictError(f"The next turn is {len(rounds) + 1}, not {turn}.")
+            if turn > MAX_TURNS:
+                raise ConflictError(f"A session has at most {MAX_TURNS} turns. Open another one.")
+            model, tracker = self._resume(session)
+            tracker.observe(said.query, said.utterance)
+            corrections = () if rounds else session.changes
+            changes = _manage(session, model, tracker, corrections)
+            round = Round(
+                number=turn,
+                turn=said,
+                belief=tracker.belief,
+                changes=(*corrections, *changes),
+                notes=tracker.notes,
+            )
+            self._store.append(id, round, after=rounds[-1] if rounds else session.info.settings)
+            return replace(session, rounds=(*rounds, round))
+
+    def add(self, id: str, goals: Iterable[str | Goal]) -> Tracked:
+        """Add goals; those that are there already change nothing.
+
+        Raises:
+            ConflictError: As for `observe`.
+            InvalidInputError: There is no such session, a text is empty, broken or too long, or the
+                goals are too many.
+        """
+        goals = goals_of(goals)
+
+        def change(tracker: GoalTracker) -> list[GoalChange]:
+            new = _new(tracker.belief, goals)
+            tracker.add(new)
+            return [GoalChange("added", goal, "it was given", source="program") for goal in new]
+
+        return self._change(id, change)
+
+    def correct(self, id: str, correction: Correction, goal: str | Goal, text: str = "") -> Tracked:
+        """See `GoalTracker.correct`.
+
+        Raises:
+            ConflictError: As for `observe`.
+            InvalidInputError: There is no such session or goal, a text is empty, broken or too
+                long, or the goals are too many.
+        """
+        (named,) = _checked([goal])
+        if text:
+            _checked([text])
+
+        def change(tracker: GoalTracker) -> list[GoalChange]:
+            changes = tracker.correct(correction, named, text)
+            if len(tracker.belief.goals) > MAX_GOALS + 1:
+                raise InvalidInputError(TOO_MANY)
+            return changes
+
+        return self._change(id, change)
+
+    def why(self, id: str, goal: str | Goal = "") -> tuple[Goal, list[Reason]]:
+        """What each utterance says for a goal, the likeliest one if none is named.
+
+        Raises:
+            InvalidInputError: There is no such session or goal.
+        """
+        session = self.read(id)
+        belief = session.belief
+        named = belief.top(1)[0][0]
+        if goal:
+            (named,) = distinct(goals_of([goal]), belief.goals)
+        return named, reasons(belief, session.turns, named)
+
+    def close(self, id: str) -> Tracked:
+        """End a session; it can still be read.
+
+        Raises:
+            InvalidInputError: There is no such session.
+        """
+        with self._lock:
+            self.read(id)
+            self._store.finish(id, ended="terminated")
+        return self.read(id)
+
+    def delete(self, id: str) -> None:
+        """Delete a session with everything said in it, also a turn that is being observed.
+
+        Raises:
+            InvalidInputError: There is no such session.
+        """
+        self.read(id)
+        self._store.delete(id)
+        with self._cache_lock:
+            self._cache.pop(id, None)
+
+    def _change(self, id: str, change: Callable[[GoalTracker], list[GoalChange]]) -> Tracked:
+        """Change the goals, and store that in the last round, or in the settings before it."""
+        with self._lock:
+            session = self.read(id)
+            _, tracker = self._resume(session)
+            changes = change(tracker)
+            if not changes:
+                return session
+            if session.rounds:
+                last = session.rounds[-1]
+                new = replace(last, belief=tracker.belief, changes=(*last.changes, *changes))
+                self._store.amend(id, last, new)
+            else:
+                corrections = [each for each in changes if each.kind != "added"]
+                begun = _begun(
+                    tracker.belief, [*session.changes, *corrections], session.begun["propose"]
+                )
+                settings = session.info.settings
+                self._store.configure(id, settings, {**settings, TRACKING: begun})
+        return self.read(id)
+
+    def _rounds(self, id: str) -> tuple[Round, ...]:
+        """The rounds of a session; all but the newest, which can change, are read only once."""
+        known = self._cache.get(id, ())
+        rounds = (*known[:-1], *self._store.rounds(id, since=max(len(known), 1)))
+        with self._cache_lock:
+            self._cache[id] = rounds
+            self._cache.move_to_end(id)
+            while len(self._cache) > CACHED:
+                self._cache.popitem(last=False)
+        return rounds
+
+    def _resume(self, session: Tracked) -> tuple[Model, GoalTracker]:
+        """The model, and a tracker in the state of the session."""
+        if session.closed:
+            raise ConflictError("This session is closed. Open another one.")
+        model = self._model()
+        if model_name(model) != session.info.model:
+            raise ConflictError(
+                f"This session uses the model {session.info.model}, not {model_name(model)}. "
+                "Open another one."
+            )
+        likelihood = likelihood_for(settings_of(session.info.settings), model)
+        tracker = GoalTracker(task=session.task, likelihood=likelihood)
+        tracker.belief, tracker.turns = session.belief, [*session.turns]
+        return model, tracker
+
+
+def _begun(belief: Belief, changes: Sequence[GoalChange], propose: bool) -> dict[str, Any]:
+    """`Tracked.begun` as JSON."""
+    return {
+        "belief": belief_to_json(belief),
+        "changes": [asdict(each) for each in changes],
+        "propose": propose,
+    }
+
+
+def _manage(
+    session: Tracked, model: Model, tracker: GoalTracker, corrections: Sequence[GoalChange]
+) -> list[GoalChange]:
+    """Propose and remove goals after a turn, as an agent does; those that were given stay."""
+    if not session.begun["propose"]:
+        return []
+    settings = settings_of(session.info.settings)
+    modules = toolkit_of(model, settings.prompted)
+    goals = GoalManager(
+        modules.proposer, model, tracker.task, remover=modules.remover, propose=settings.propose
+    )
+    past = [*(change for round in session.rounds for change in round.changes), *corrections]
+    named = {each.goal for each in past if each.kind == "added" and each.source != "program"}
+    given = {*tracker.belief.goals} - named - {UNSPECIFIED}
+    changes, _ = goals.manage(tracker, session.rounds, corrections, given=given, most=MAX_GOALS + 1)
+    return changes
+
+
+def _new(belief: Belief, goals: object) -> list[Goal]:
+    """Those goals that the belief does not hold yet."""
+    asked = distinct(_checked(goals), belief.goals)
+    if UNSPECIFIED in asked:
+        raise InvalidInputError(f"{UNSPECIFIED.text!r} is always among the goals. Leave it out.")
+    found = [goal for goal in asked if goal not in belief.goals]
+    if len(belief.goals) + len(found) > MAX_GOALS + 1:
+        raise InvalidInputError(TOO_MANY)
+    return found
+
+
+def _checked(goals: object) -> list[Goal]:
+    return [Goal(checked_text(goal.text, "goal", MAX_GOAL)) for goal in goals_of(goals)]
