@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 from collections.abc import Iterator
+from itertools import count
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
@@ -11,10 +12,13 @@ import pytest
 from hypothesis import settings
 
 from browsers import browser, enter  # noqa: F401
+from commands import PROFILES
 from databases import place, server  # noqa: F401
+from fakes import NamedModel
 from goalscope.models.llama.copies import requantize
 from goalscope.models.llama.engine import READY
 from goalscope.models.llama.model import LlamaCpp, embedded_path
+from lives import CATALOGUE
 from servers import (  # noqa: F401
     exact_gguf,
     llama_server,
@@ -29,6 +33,7 @@ if workers := int(os.environ.get("PYTEST_XDIST_WORKER_COUNT", "0")):
     # Threads of one process that wait for those of another waste the processors.
     os.environ["OMP_NUM_THREADS"] = str(max(1, (os.cpu_count() or 1) // workers))
 
+_numbers = count()
 _data = TemporaryDirectory(prefix="goalscope-tests-")
 os.environ["XDG_DATA_HOME"] = _data.name  # of the processes that tests start
 
@@ -59,6 +64,35 @@ def data_folder() -> Iterator[Path]:
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr("platformdirs.user_data_path", lambda *_: Path(_data.name))
         yield Path(_data.name)
+
+
+@pytest.fixture(autouse=True)
+def store_file(monkeypatch: pytest.MonkeyPatch) -> Path:
+    """The store of the commands in a test; nobody has made it yet."""
+    file = Path(_data.name, f"{next(_numbers)}.db")
+    monkeypatch.setenv("GOALSCOPE_STORE", str(file))
+    return file
+
+
+@pytest.fixture
+def words(monkeypatch: pytest.MonkeyPatch) -> list[object]:
+    """Commands use the small honest model; the list gets the adapter of each call for one."""
+    asked = []
+
+    def opened(*_: object, adapter: object = None, **__: object) -> NamedModel:
+        asked.append(adapter)
+        return NamedModel()
+
+    monkeypatch.setattr("goalscope.models.opening.open_model", opened)
+    return asked
+
+
+@pytest.fixture
+def shop(tmp_path: Path) -> list[str]:
+    """The options for a tiny shop, and for a baker who comes to it."""
+    (tmp_path / "shop.csv").write_text(CATALOGUE)
+    (tmp_path / "people.toml").write_text(PROFILES)
+    return ["--catalogue", str(tmp_path / "shop.csv"), "--profiles", str(tmp_path / "people.toml")]
 
 
 def pytest_terminal_summary(terminalreporter: pytest.TerminalReporter) -> None:

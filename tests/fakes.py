@@ -102,6 +102,12 @@ class WordModel:
     def close(self) -> None: ...
 
 
+class NamedModel(WordModel):
+    """A `WordModel` with the fingerprint that results keep."""
+
+    fingerprint = "words 1"
+
+
 class RefusesAll(WordModel):
     """Finds every refusal likelier than any consent."""
 

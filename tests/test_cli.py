@@ -1,95 +1,29 @@
 """The command line: what is said, what is kept, and with which exit code."""
 
+# ruff: noqa: F811
 import json
 import os
 import subprocess
 import sys
 from dataclasses import replace
 from pathlib import Path
-from unittest.mock import patch
 
 import pytest
-from typer.testing import CliRunner
 
+from commands import PROFILES, ROW, fails, rows_file, run  # noqa: F401
+from conftest import shop, store_file, words  # noqa: F401  (for the files that import them here)
+from fakes import NamedModel
 from goalscope.base.types import UNSPECIFIED, Goal
 from goalscope.belief.belief import Belief
 from goalscope.belief.calibration import DEFAULT, LAST_TURN, PAPER, calibration_from_json
 from goalscope.belief.calibrations import keep_calibration
-from goalscope.cli.main import app
 from goalscope.cli.models import _engine
 from goalscope.experiment.locking import sole
 from goalscope.models.llama.engine import READY, Engine
-from lives import CATALOGUE
-from test_run import NamedModel
 
 SOURCE = str(Path(__file__).parents[1] / "src")
+invoke = run  # until the other files call it
 MAIN = [sys.executable, "-c", "from goalscope.cli.main import main; main()"]
-
-PROFILES = """
-[[profile]]
-name = "baker"
-description = "You want to bake a chocolate cake."
-replies = ["I need cocoa powder to bake a cake.", "And milk."]
-checks = [{must_have = ["cocoa"]}, {bought = true}]
-"""
-ROW = {
-    "id": "a",
-    "task": "You sell groceries.",
-    "turns": [
-        {"query": "What can I do?", "utterance": "I need flour and cocoa."},
-        {"query": "", "utterance": "And candles for the cake."},
-    ],
-    "goals": ["bake a chocolate cake", "wash the car"],
-    "ignored": 1,
-}
-
-
-@pytest.fixture(autouse=True)
-def store_file(tmp_path, monkeypatch):
-    monkeypatch.setenv("GOALSCOPE_STORE", str(tmp_path / "episodes.db"))
-    return tmp_path / "episodes.db"
-
-
-@pytest.fixture
-def words(monkeypatch):
-    """Models that need no loading; the list of the adapters that were asked for."""
-    asked = []
-
-    def opened(model=None, *, adapter=None, **_):
-        asked.append(adapter)
-        return NamedModel()
-
-    monkeypatch.setattr("goalscope.models.opening.open_model", opened)
-    return asked
-
-
-@pytest.fixture
-def shop(tmp_path):
-    (tmp_path / "shop.csv").write_text(CATALOGUE)
-    (tmp_path / "people.toml").write_text(PROFILES)
-    return ["--catalogue", str(tmp_path / "shop.csv"), "--profiles", str(tmp_path / "people.toml")]
-
-
-def invoke(*args, **options):
-    words = [str(arg) for arg in args]
-    with patch.object(sys, "argv", ["goalscope", *words]):
-        return CliRunner().invoke(app, words, **options)
-
-
-def fails(code, *args):
-    """The one line that a command which must fail says on standard error."""
-    result = invoke(*args)
-    assert result.exit_code == code, result.output
-    assert result.stdout == ""
-    assert "Traceback" not in result.stderr
-    (line,) = result.stderr.strip().splitlines()
-    return line
-
-
-def rows_file(tmp_path, *rows):
-    file = tmp_path / "rows.jsonl"
-    file.write_text("".join((r if isinstance(r, str) else json.dumps(r)) + "\n" for r in rows))
-    return file
 
 
 @pytest.mark.parametrize(
@@ -332,4 +266,4 @@ def test_doctor_reports_and_fails_on_a_missing_model(tmp_path):
     assert result.exit_code == 1
     report = json.loads(result.stdout)
     assert any("no.gguf" in problem for problem in report["problems"])
-    assert report["store"].endswith("episodes.db")
+    assert report["store"].endswith(".db")

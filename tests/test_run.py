@@ -12,7 +12,7 @@ from pathlib import Path
 
 import pytest
 
-from fakes import WordModel
+from fakes import NamedModel
 from goalscope.base.types import GoalscopeError, InvalidInputError
 from goalscope.experiment import identity, work
 from goalscope.experiment import run as runs
@@ -53,12 +53,6 @@ description = "You want nothing."
 replies = ["Buy the basket"]
 checks = [{bought = true}]
 """
-
-
-class NamedModel(WordModel):
-    """A `WordModel` with the fingerprint that results keep."""
-
-    fingerprint = "words 1"
 
 
 @pytest.fixture
