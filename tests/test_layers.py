@@ -77,7 +77,7 @@ def test_no_module_imports_itself_by_way_of_others() -> None:
     assert [name for name in graph if name in reach(name, set())] == []
 
 
-@pytest.mark.xfail(reason="the registry of domains is still to come")
+@pytest.mark.skip(reason="the registry of domains is still to come")
 def test_nothing_but_the_registry_knows_a_domain() -> None:
     assert [
         f"{file.relative_to(ROOT)} names {module}"
