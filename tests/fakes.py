@@ -215,7 +215,7 @@ class Plans:
 
 def plans(agent: Agent, planner: Planner) -> Agent:
     """The agent, for which the planner plans from now on."""
-    agent.modules = replace(agent.modules, planner=planner)
+    agent.toolkit = replace(agent.toolkit, planner=planner)
     return agent
 
 

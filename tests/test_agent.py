@@ -443,7 +443,7 @@ def test_a_question_is_written_with_what_was_done_and_what_the_person_may_want()
     agent = agent_in(LampRoom(["lamp"]))
     agent.step("What now?", "lamp light please")
     given = []
-    agent.modules.asker.question = lambda *those, **_: given.append(those) or "Why?"
+    agent.toolkit.asker.question = lambda *those, **_: given.append(those) or "Why?"
     assert agent.ask() == "Why?"
     ((_, turns, done, goals),) = given
     assert (len(turns), done, goals[0]) == (1, "switch on: lamp", "have lamp light")

@@ -8,12 +8,9 @@ from pathlib import Path
 import pytest
 
 from goalscope.agent.agent import K
-from goalscope.agent.toolkit import PIPELINE
 from goalscope.storage.store import Store
 from test_cli import ROW, fails, invoke, rows_file, shop, store_file, words  # noqa: F401
 from test_run import OWN
-
-ACTS_FIRST = "act,infer, propose,remove"
 
 
 @pytest.fixture
@@ -28,14 +25,12 @@ def only_episode(file: Path):
         return info
 
 
-def test_k_and_the_pipeline_are_stored_with_the_episode_and_resumed(shop, store_file, words):  # noqa: F811
-    given = ("--k", "1", "--pipeline", ACTS_FIRST, "--rounds", "1")
+def test_k_is_stored_with_the_episode_and_resumed(shop, store_file, words):  # noqa: F811
+    given = ("--k", "1", "--rounds", "1")
     ran = invoke("run", "--profile", "baker", *shop, *given, "--json")
     assert ran.exit_code == 0, ran.output
     info = only_episode(store_file)
-    assert (info.settings["k"], info.settings["pipeline"]) == (
-        1, ["act", "infer", "propose", "remove"],
-    )  # fmt: skip
+    assert info.settings["k"] == 1
     assert "Leave out --k," in fails(2, "chat", "--resume", info.id, "--k", "1")
     again = invoke("chat", "--resume", info.id, "--rounds", "2")
     assert again.exit_code == 0, again.output
@@ -44,19 +39,14 @@ def test_k_and_the_pipeline_are_stored_with_the_episode_and_resumed(shop, store_
 
 def test_an_episode_has_the_usual_ones_where_none_are_given(shop, store_file, words):  # noqa: F811
     assert invoke("run", "--profile", "baker", *shop, "--rounds", "1").exit_code == 0
-    settings = only_episode(store_file).settings
-    assert (settings["k"], settings["pipeline"]) == (K, [*PIPELINE])
+    assert only_episode(store_file).settings["k"] == K
 
 
 @pytest.mark.parametrize(
     ("given", "told"),
     [
-        (("--pipeline", "act,infer"), "once each, in any order, not 'act, infer'"),
-        (("--pipeline", "infer;propose;remove;act"), "once each, in any order"),
-        (("--pipeline", ""), "once each, in any order"),
         (("--likelihood", ""), "not ''"),
         (("--k", "1", "--method", "no-goals"), "--k does not apply to the method 'no-goals'"),
-        (("--pipeline", ACTS_FIRST, "--method", "no-goals"), "--pipeline does not apply to"),
         (("--likelihood", "nothing.py:Mine"), "not 'nothing.py:Mine'"),
         (("--likelihood", "numpy:array"), "not 'numpy:array'"),
         (("--likelihood", "MINE", "--method", "no-inference"), "only applies to the method 'good'"),

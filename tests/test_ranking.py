@@ -53,10 +53,10 @@ def test_a_goal_named_as_both_is_the_likeliest() -> None:
 def test_the_ranking_is_what_the_model_answers_and_each_turn_is_ranked_anew() -> None:
     ranker = Ranker(asked(2, 1), "Help.")
     ranker.belief = Ranking((UNSPECIFIED, TEA, CAKE))
-    ranker.observe(TURN)
+    ranker.observe(TURN.query, TURN.utterance)
     first = ranker.belief
     assert (first.most, first.least) == (TEA, UNSPECIFIED)
-    ranker.observe(TURN)
+    ranker.observe(TURN.query, TURN.utterance)
     assert ranker.belief == first
     assert len(ranker.turns) == 2
 
@@ -64,27 +64,27 @@ def test_the_ranking_is_what_the_model_answers_and_each_turn_is_ranked_anew() ->
 def test_goals_are_proposed_where_unspecified_is_the_likeliest_and_ranked_together() -> None:
     model = asked(1, 1)
     ranker = Ranker(model, "Help.")
-    ranker.observe(TURN)
+    ranker.observe(TURN.query, TURN.utterance)
     model.replies |= {"the most likely": '"3"', "the least likely": '"1"'}
     manager = GoalManager(Writes(TEA.text, CAKE.text), WordModel(), "Help.", propose="paper")
     said = []
-    changes, missing = manager.manage(ranker, [], propose=True, anew=False, progress=said.append)
+    changes, missing = manager.manage(ranker, [], progress=said.append)
     assert [change.goal for change in changes] == [TEA, CAKE]
     assert not missing
     assert [goal for goal, _ in ranker.belief.top()] == [CAKE, TEA, UNSPECIFIED]
     assert said == ["proposing goals", "checking goals"]
-    assert manager.manage(ranker, [], propose=True, anew=False, progress=said.append)[0] == []
+    assert manager.manage(ranker, [], progress=said.append)[0] == []
 
 
 def test_a_failed_check_leaves_the_goals_as_they_were() -> None:
     ranker = Ranker(asked(1, 2), "Help.")
-    ranker.observe(TURN)
+    ranker.observe(TURN.query, TURN.utterance)
     before = ranker.belief
     manager = GoalManager(
         Writes(TEA.text), WordModel(), "Help.", propose="paper", remover=Speechless()
     )
     with pytest.raises(UnreadableAnswerError):
-        manager.manage(ranker, [], propose=True, anew=False, progress=lambda _: None)
+        manager.manage(ranker, [], progress=lambda _: None)
     assert ranker.belief is before
 
 

@@ -67,7 +67,7 @@ def test_a_model_that_writes_without_end_gets_no_more_done(
 ) -> None:
     settings, model = Settings(domain=domain, rounds=2), Endless(taught=taught)
     env = open_environment(settings)
-    agent = Agent(env, model, modules=toolkit_for(settings, model))
+    agent = Agent(env, model, toolkit=toolkit_for(settings, model))
     wish = "I want to bake a cake. Please add flour, milk and eggs."
     wish = wish if domain == "grocery" else "Please put the apple in the fridge, and tidy up."
     person = Profile("p", "d", (wish,) * 50, ())

@@ -6,7 +6,6 @@ from collections.abc import Callable, Generator, Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from copy import copy
 from dataclasses import replace
-from itertools import groupby
 from typing import Any, Literal, cast
 
 from goalscope.agent.executor import Execution, Executor
@@ -14,7 +13,7 @@ from goalscope.agent.guards import UNSURE
 from goalscope.agent.people import FALLBACK, OPENING, Human, ask, completes
 from goalscope.agent.planner import Guess, Outcome, Want, undo
 from goalscope.agent.round import Round, retracted
-from goalscope.agent.toolkit import PIPELINE, Stage, Toolkit, pipeline_of, toolkit_of
+from goalscope.agent.toolkit import Toolkit, toolkit_of
 from goalscope.agent.writer import Recalling, Writer
 from goalscope.base.nouns import contains, head_words, names, singular, singulars
 from goalscope.base.types import (
@@ -45,8 +44,6 @@ from goalscope.language.matcher import Matcher
 from goalscope.language.orders import TELLING, Order, Reading, is_aside
 from goalscope.language.reader import Reader, ReadExample, reader_of
 from goalscope.models import Model
-
-__all__ = ["NO_ANSWER", "NO_GOAL", "Agent", "K", "Method", "run_episode"]
 
 Method = Literal["good", "no-goals", "no-inference"]
 """The paper's agent and its ablations (Sec. 4.3); see `Agent`."""
@@ -81,21 +78,19 @@ class Agent:
         method: "good", or an ablation of Sec. 4.3: "no-goals" acts on the transcript alone,
             "no-inference" asks the model which goal is likeliest.
         k: Number of likeliest goals to act on and to ask about.
-        pipeline: The order of a round's stages; by default that of Algorithm 1. Each stage works
-            with the belief as the stages before it left it.
         patience: See `GoalManager`.
         propose: See `GoalManager`; "no-inference" always proposes as in the paper.
         likelihood: Evidence of a turn, for "good"; by default the role-play likelihood of `model`.
         calibration: Turns evidence into probabilities; None for `DEFAULT`. (A calibration on given
             goals is too unsure of goals that the agent proposes itself; see LOG.md.)
-        modules: Propose, remove, plan and ask; by default those of the model.
+        toolkit: Proposes, removes, plans and asks; by default that of the model.
         unsure: Margin of an order, in nats, below which the agent asks before it acts.
         progress: Called with what the agent does next, before each part of a round.
         understood: Called before the agent acts, with the round so far: the reading, the belief,
             and the goals that came and went.
 
     Raises:
-        InvalidInputError: There is no such method or pipeline, or `k` is below 1.
+        InvalidInputError: There is no such method, or `k` is below 1.
     """
 
     def __init__(
@@ -107,12 +102,11 @@ class Agent:
         pick: Pick | None = None,
         method: Method = "good",
         k: int = K,
-        pipeline: Sequence[Stage] = PIPELINE,
         patience: int = 3,
         propose: Trigger = UNEXPLAINED,
         likelihood: Likelihood | None = None,
         calibration: Calibration | None = None,
-        modules: Toolkit | None = None,
+        toolkit: Toolkit | None = None,
         unsure: float = UNSURE,
         progress: Callable[[str], None] | None = None,
         understood: Callable[[Round], None] | None = None,
@@ -122,19 +116,18 @@ class Agent:
         if not (hasattr(k, "__index__") and k >= 1):
             raise InvalidInputError(f"k must be a whole number, 1 or more, not {k!r}")
         self.k = k
-        self._stages = _grouped(pipeline_of(pipeline))
         self.reader = reader or reader_of(model, env.verbs, task=env.task, examples=env.examples)
         self._pick = pick or Matcher(model)
         self._executor = Executor(env, self._pick, unsure)
         self._progress = progress or _silent
         self._understood = understood or _silent
-        self.modules = modules or toolkit_of(model)
-        proposer = self.modules.proposer
-        self.goals = GoalManager(
+        self.toolkit = toolkit or toolkit_of(model)
+        proposer = self.toolkit.proposer
+        self.goal_manager = GoalManager(
             Recalling(proposer, env.like) if isinstance(proposer, Writer) else proposer,
             model,
             env.task,
-            remover=self.modules.remover,
+            remover=self.toolkit.remover,
             propose="paper" if method == "no-inference" else propose,
             patience=patience,
         )
@@ -187,7 +180,7 @@ class Agent:
         if not (last and self._aimed(last)):
             return FALLBACK
         goals = [goal.text for goal, _ in self._stated]
-        return ask(self.modules.asker, self.env, self.turns, self._done(), goals)
+        return ask(self.toolkit.asker, self.env, self.turns, self._done(), goals)
 
     def _done(self) -> str:
         """What stands of what was done, in words."""
@@ -232,15 +225,14 @@ class Agent:
     ) -> Round:
         """One round of Algorithm 1 after the person has answered.
 
-        The words are read once. They are evidence for the goals (Inference Module), which then are
-        proposed and removed (Goal Management Module). Then the agent acts (Action Module): it
-        follows the orders, and where the words tell an aim it plans for the likeliest goals. An
-        order waits for a yes if nobody can undo it, if its reading is unsure, if it has a
-        condition, or if an allergy forbids it; the yes counts only in the state that was shown. The
-        agent's `pipeline` may change the order of these stages.
+        The words are read once. They are evidence for the goals, which then are proposed and
+        removed. Then the agent acts: it follows the orders, and where the words tell an aim it
+        plans for the likeliest goals. An order waits for a yes if nobody can undo it, if its
+        reading is unsure, if it has a condition, or if an allergy forbids it; the yes counts only
+        in the state that was shown.
 
-        On an error the agent and its environment stay as they were: the environment is reset and
-        its past replayed, which in a simulator takes back even what nobody could undo.
+        On an error the agent and its environment stay as they were. The environment is reset and
+        its past replayed, so that in a simulator even an irreversible action is undone.
 
         Args:
             query: What the agent asked.
@@ -254,48 +246,16 @@ class Agent:
             InvalidInputError: The utterance is empty, broken, or too long for the model.
         """
         turn = Turn(query, checked_text(utterance, "utterance"))
-        if confirmed not in ("", self.env.fingerprint()):
-            raise ConflictError(
-                "Things are no longer as they were shown, so nothing was done. Look again."
-            )
+        self._check_shown(confirmed)
         with self._all_or_nothing():
             reading, unread = self._read(turn)
-            round = Round(
-                number=len(self.rounds) + 1,
-                turn=turn,
-                belief=self.belief,
-                changes=tuple(self._corrections),
-                reading=reading,
-            )
-            done, outcome = Execution(turn, reading), Outcome()
-            unexplained: list[str] = []
-            known = bool(self._stated)
-            for stages in self._stages:
-                if "act" in stages:
-                    self._understood(round)
-                    done = self._executor.execute(
-                        self.rounds, turn, reading, confirmed=bool(confirmed)
-                    )
-                    outcome = self._plan(turn, reading, done)
-                    continue
-                changes, notes = self._think(stages, turn, reading, round.changes, known)
-                round = replace(round, belief=self.belief, changes=(*round.changes, *changes))
-                unexplained += notes
-            round = replace(
-                round,
-                results=(*done.results, *outcome.results),
-                replans=outcome.replans,
-                status=self.env.status(),
-                notes=(*unread, *unexplained, *self._notes(turn, reading, done, outcome)),
-                question=done.question,
-                pending=tuple(done.pending),
-                awaits=done.awaits,
-                released=done.released,
-                retracts=done.retracts,
-                reversals=done.reversals,
-                state=self.env.fingerprint(),
-                terminated=done.ended or any(result.terminated for result in outcome.results),
-            )
+            self._infer(turn, reading)  # Inference Module: Eq. 1 and 2
+            changes, unexplained = self._manage(reading)  # Goal Management Module
+            begun = Round(len(self.rounds) + 1, turn, self.belief, changes, reading=reading)
+            self._understood(begun)
+            done = self._executor.execute(self.rounds, turn, reading, confirmed=bool(confirmed))
+            plan = self._plan(turn, reading, done)  # Action Module: the k likeliest goals
+            round = self._ended(begun, done, plan, unread + unexplained)
             if keep:
                 keep(round)
         self.rounds.append(round)
@@ -370,6 +330,13 @@ class Agent:
             undo(self.env, self._history)
             raise
 
+    def _check_shown(self, fingerprint: str) -> None:
+        """Check that the state in which the person confirmed is still the present one."""
+        if fingerprint not in ("", self.env.fingerprint()):
+            raise ConflictError(
+                "Things are no longer as they were shown, so nothing was done. Look again."
+            )
+
     @property
     def _history(self) -> list[StepResult]:
         return [result for round in self.rounds for result in round.results]
@@ -402,57 +369,35 @@ class Agent:
             return Reading((Order(ends[0]),)), []
         return reading, unread
 
-    def _think(
-        self,
-        stages: Sequence[Stage],
-        turn: Turn,
-        reading: Reading,
-        corrections: Sequence[GoalChange],
-        known: bool,
-    ) -> tuple[list[GoalChange], list[str]]:
-        """Update the belief (Eq. 1), or propose and remove goals (Sec. 3.2).
+    def _infer(self, turn: Turn, reading: Reading) -> None:
+        """Update the belief (Eq. 1)."""
+        if not self.tracker:
+            return
+        self._progress(f"scoring {pluralize(len(self.tracker.belief.goals), 'goal')}")
+        calibration = self.tracker.belief.calibration
+        weight = _weight(reading, calibration)
+        self.tracker.observe(turn.query, turn.utterance, weight=weight)
 
-        Goals are proposed where the words tell an aim, or may tell one: orders do as long as no
-        goal is `known`, and so do words that ask for nothing.
-
-        Args:
-            stages: What to do.
-            turn: The newest one.
-            reading: Its reading.
-            corrections: All changes since the last round.
-            known: Whether there was a goal before this round.
+    def _manage(self, reading: Reading) -> tuple[tuple[GoalChange, ...], list[str]]:
+        """Propose and remove goals (Sec. 3.2).
 
         Returns:
-            What has changed, and notes on what could not be explained.
+            All changes since the last round, and notes on what could not be explained.
         """
-        tracker = self.tracker
-        if tracker is None:
-            return [], []
-        if "infer" in stages:
-            self._progress(f"scoring {pluralize(len(tracker.belief.goals), 'goal')}")
-            if isinstance(tracker, GoalTracker):
-                weight = _weight(reading, tracker.belief.calibration)
-                tracker.observe(turn.query, turn.utterance, weight=weight)
-            else:
-                tracker.observe(turn)
-            return [], []
-        orders = acting(reading.orders)
-        aims = reading.tells("aim") or (reading.only_tells and not (known and reading.says_nothing))
+        corrections = tuple(self._corrections)
+        if not self.tracker:
+            return corrections, []
         try:
-            changes, missing = self.goals.manage(
-                tracker,
+            changes, unexplained = self.goal_manager.manage(
+                self.tracker,
                 self.rounds,
-                corrections,
-                stages=cast("Sequence[Literal['propose', 'remove']]", stages),
-                unobserved=None if len(tracker.turns) > len(self.rounds) else turn,
-                propose=aims or (bool(orders) and not known),
-                anew=reading.tells("aim")
-                and any(each.reading and each.reading.tells("aim") for each in self.rounds),
+                reading,
+                corrections=corrections,
                 progress=self._progress,
             )
         except UnreadableAnswerError as error:
-            return [], [f"The goals stay as they are. {error}"]
-        return changes, [NO_GOAL] if missing and not orders else []
+            return corrections, [f"The goals stay as they are. {error}"]
+        return (*corrections, *changes), [NO_GOAL] if unexplained else []
 
     def _plan(self, turn: Turn, reading: Reading, done: Execution) -> Outcome:
         """Act on the top k goals where an aim was told; the planner weighs the rest by the words.
@@ -470,7 +415,7 @@ class Agent:
         wants = [Want(goal.text, probability) for goal, probability in self._stated]
         history = [*self._history, *done.results]
         try:
-            return self.modules.planner.act(self.env, wants, turns, history, done.standing)
+            return self.toolkit.planner.act(self.env, wants, turns, history, done.standing)
         except UnreadableAnswerError as error:
             done.notes.append(f"No plan was made. {error}")
             return Outcome()
@@ -485,9 +430,27 @@ class Agent:
         ranked = self.belief.top() if self.belief else ()
         return [each for each in ranked if each[0] != UNSPECIFIED][: self.k]
 
-    def _notes(
-        self, turn: Turn, reading: Reading, done: Execution, outcome: Outcome
-    ) -> Iterator[str]:
+    def _ended(
+        self, begun: Round, done: Execution, outcome: Outcome, notes: Sequence[str]
+    ) -> Round:
+        """A round with what was done in it."""
+        return replace(
+            begun,
+            results=(*done.results, *outcome.results),
+            replans=outcome.replans,
+            status=self.env.status(),
+            notes=(*notes, *self._notes(done, outcome)),
+            question=done.question,
+            pending=tuple(done.pending),
+            awaits=done.awaits,
+            released=done.released,
+            retracts=done.retracts,
+            reversals=done.reversals,
+            state=self.env.fingerprint(),
+            terminated=done.ended or any(result.terminated for result in outcome.results),
+        )
+
+    def _notes(self, done: Execution, outcome: Outcome) -> Iterator[str]:
         """What the person should be told of a round."""
         if isinstance(self.tracker, GoalTracker):
             yield from self.tracker.notes
@@ -497,7 +460,7 @@ class Agent:
             yield f"Not done: {each.action}. {each.observation}"
         if len(failed) > _FAILURES:
             yield f"And {len(failed) - _FAILURES} more could not be done."
-        said = " ".join(each.utterance for each in (*self.turns, turn))
+        said = " ".join(each.utterance for each in (*self.turns, done.turn))
         named = [said, *self.env.mentions(said)] if outcome.guessed else []
         mentioned = [each for each in outcome.guessed if _is_mentioned(each.target, named)]
         if guessed := [each for each in outcome.guessed if each not in mentioned]:
@@ -506,15 +469,11 @@ class Agent:
             yield f"{MENTIONED}{_by_goal(mentioned)}."
         for held in outcome.held:
             yield f"Held back until it is clear what you want: {held}."
-        asked = any(each.do == "ask" and not (each.what or each.where) for each in reading.orders)
+        asked = any(
+            each.do == "ask" and not (each.what or each.where) for each in done.reading.orders
+        )
         if asked and isinstance(self.tracker, GoalTracker):
             yield in_words(self.tracker.belief, self.tracker.turns)
-
-
-def _grouped(pipeline: Sequence[Stage]) -> list[tuple[Stage, ...]]:
-    """The stages in their order; "propose" and "remove" are one step if they are neighbours."""
-    managing = groupby(pipeline, lambda each: "" if each in ("propose", "remove") else each)
-    return [tuple(stages) for _, stages in managing]
 
 
 def _by_goal(guessed: Sequence[Guess]) -> str:

@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any, Literal, get_args
 
 from goalscope.agent.agent import K, Method
 from goalscope.agent.habits import Habit
-from goalscope.agent.toolkit import PIPELINE, Module, Stage, Toolkit, toolkit_of
+from goalscope.agent.toolkit import Module, Toolkit, toolkit_of
 from goalscope.base.types import TRACKING, InvalidInputError, Profile
 from goalscope.belief.goal_manager import UNEXPLAINED, Trigger
 from goalscope.belief.likelihood import (
@@ -83,7 +83,6 @@ class Settings:
         calibration: Name or file of one; None for that of `Agent`.
         propose: See `Agent`, as for the next two.
         k: Number of goals to act on.
-        pipeline: The order of a round's stages.
         prompted: Toolkit that use the paper's prompts, whatever the model was taught.
         seed: Seed of all random draws.
         rounds: Most rounds.
@@ -109,7 +108,6 @@ class Settings:
     calibration: str | None = None
     propose: Trigger = UNEXPLAINED
     k: int = K
-    pipeline: tuple[Stage, ...] = PIPELINE
     prompted: tuple[Module, ...] = ()
     seed: int = 0
     rounds: int = 100
@@ -119,7 +117,6 @@ def settings_of(stored: Mapping[str, Any]) -> Settings:
     """The settings that an episode was stored with, without those of tracking."""
     given: dict[str, Any] = {key: value for key, value in stored.items() if key != TRACKING}
     given["prompted"] = tuple(given.get("prompted", ()))
-    given["pipeline"] = tuple(given.get("pipeline", PIPELINE))
     return Settings(**given)
 
 

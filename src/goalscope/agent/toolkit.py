@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterable, Sequence
+from collections.abc import Collection, Iterable
 from dataclasses import dataclass
 from typing import Literal, cast, get_args
 
@@ -14,28 +14,10 @@ from goalscope.base.types import InvalidInputError
 from goalscope.belief.goal_manager import Proposer
 from goalscope.models import Model
 
-__all__ = [
-    "MODULES",
-    "PIPELINE",
-    "Module",
-    "Stage",
-    "Toolkit",
-    "modules_named",
-    "pipeline_of",
-    "toolkit_of",
-]
-
 Module = Literal["propose", "remove", "plan", "query"]
 
 MODULES: tuple[Module, ...] = get_args(Module)
 """What the paper's prompts can do."""
-
-Stage = Literal["infer", "propose", "remove", "act"]
-"""A part of a round after the conversation: the belief update, proposing goals, removing goals,
-and acting."""
-
-PIPELINE: tuple[Stage, ...] = get_args(Stage)
-"""The stages in the order of Algorithm 1."""
 
 
 def modules_named(names: Iterable[str]) -> tuple[Module, ...]:
@@ -52,21 +34,6 @@ def modules_named(names: Iterable[str]) -> tuple[Module, ...]:
             )
         found.extend(each for each in MODULES if name in (each, "all"))
     return tuple(dict.fromkeys(found))
-
-
-def pipeline_of(stages: Sequence[str]) -> tuple[Stage, ...]:
-    """The stages of a round in this order.
-
-    Raises:
-        InvalidInputError: They are not the four of `PIPELINE`, each once.
-    """
-    if isinstance(stages, str) or sorted(stages) != sorted(PIPELINE):
-        given = stages if isinstance(stages, str) else ", ".join(map(str, stages))
-        raise InvalidInputError(
-            f"A pipeline names {', '.join(PIPELINE[:-1])} and {PIPELINE[-1]} once each, in any "
-            f"order, not {given!r}."
-        )
-    return cast("tuple[Stage, ...]", tuple(stages))
 
 
 @dataclass(frozen=True, slots=True)

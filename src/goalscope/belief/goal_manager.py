@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Collection, Iterable, Sequence
 from contextlib import AbstractContextManager
-from typing import TYPE_CHECKING, Literal, Protocol
+from typing import Literal, Protocol
 
 import numpy as np
 
@@ -12,27 +12,11 @@ from goalscope.base.types import UNSPECIFIED, Goal, GoalChange, InvalidInputErro
 from goalscope.belief.belief import Belief, weighed
 from goalscope.belief.goal_order import Ranking
 from goalscope.belief.likelihood import Likelihood
+from goalscope.language.dialogue_state import acting
+from goalscope.language.orders import Reading
 from goalscope.models import LikelihoodModel
 from goalscope.models.scoring import logprobs_of
 from goalscope.prompts import render
-
-if TYPE_CHECKING:
-    from goalscope.agent.round import Round
-
-__all__ = [
-    "UNEXPLAINED",
-    "GoalManager",
-    "Holder",
-    "Proposer",
-    "Remover",
-    "Trigger",
-    "incomplete",
-    "irrelevant",
-    "made_from",
-    "objectionable",
-    "overdue",
-    "propose",
-]
 
 Trigger = float | Literal["paper"]
 """When goals are proposed; see `GoalManager`."""
@@ -110,7 +94,26 @@ class Remover(Protocol):
         ...
 
 
-class Holder(Protocol):
+class PastRound(Protocol):
+    """What a `GoalManager` needs of an earlier round."""
+
+    @property
+    def belief(self) -> Belief | Ranking | None:
+        """The belief after it."""
+        ...
+
+    @property
+    def changes(self) -> Sequence[GoalChange]:
+        """The goals that came and went."""
+        ...
+
+    @property
+    def reading(self) -> Reading | None:
+        """What the words were read as."""
+        ...
+
+
+class Tracker(Protocol):
     """Holds the goals that a `GoalManager` manages: a `GoalTracker`, or a `Ranker`."""
 
     @property
@@ -128,8 +131,8 @@ class Holder(Protocol):
         """Scores candidates; None adds the first ones."""
         ...
 
-    def include(self, goals: Sequence[Goal], turns: Sequence[Turn]) -> None:
-        """Add goals that were proposed from these turns."""
+    def include(self, goals: Sequence[Goal]) -> None:
+        """Add goals."""
         ...
 
     def drop(self, goals: Iterable[Goal]) -> object:
@@ -185,66 +188,55 @@ class GoalManager:
 
     def manage(
         self,
-        holder: Holder,
-        rounds: Sequence[Round],
-        corrections: Sequence[GoalChange] = (),
+        tracker: Tracker,
+        rounds: Sequence[PastRound],
+        reading: Reading | None = None,
         *,
+        corrections: Sequence[GoalChange] = (),
         given: Collection[Goal] = (),
-        propose: bool = True,
-        anew: bool = False,
         most: int | None = None,
-        stages: Sequence[Literal["propose", "remove"]] = ("propose", "remove"),
-        unobserved: Turn | None = None,
         progress: Callable[[str], None] = lambda _: None,
     ) -> tuple[list[GoalChange], bool]:
-        """After a turn, propose goals if none explains the words, and remove unfit ones (Sec. 3.2).
+        """Propose goals if none explains the newest turn, and remove unfit ones.
 
         Args:
-            holder: Has the goals.
+            tracker: Holds the goals; it has observed the turn.
             rounds: All rounds before this turn.
-            corrections: All changes since the last of them.
+            reading: Of the turn. Goals are proposed only where it may tell an aim; without a
+                reading any words may.
+            corrections: What the person said of the goals since the last round.
             given: Goals to keep.
-            propose: Whether goals may be proposed.
-            anew: Whether goals are proposed even if one explains the words. A person who tells a
-                new aim may name the old one, too, which then explains the words.
             most: Largest number of goals.
-            stages: What to do, in this order.
-            unobserved: The turn, if it has not been observed yet. Goals are proposed from it, but
-                the belief decides without it whether they are needed.
             progress: Called with what is done next.
 
         Returns:
-            The changes, and whether a goal is missing for which none was found.
+            The changes, and whether words that ask for nothing are left unexplained.
 
         Raises:
             UnreadableAnswerError: A model that was asked for goals wrote none; the goals stay.
         """
+        past = [change for round in rounds for change in round.changes]
         since = made_from([round.changes for round in rounds])
         changes: list[GoalChange] = []
         unexplained = False
-        with holder.restoring():
-            turns = [*holder.turns, unobserved] if unobserved else holder.turns
-            for stage in stages:
-                if stage == "remove":
-                    progress("checking goals")
-                    earlier = rounds[:-1] if unobserved else rounds
-                    beliefs = [*(each.belief for each in earlier if each.belief), holder.belief]
-                    found = self.removed(beliefs, turns, given=given)
-                    holder.drop(change.goal for change in found)
-                    changes += found
-                    continue
-                missing = propose and incomplete(holder.belief, self.propose, since=since)
-                if missing or (propose and anew):
-                    progress("proposing goals")
-                    past = [change for round in rounds for change in round.changes]
-                    past += [*corrections, *changes]
-                    found = self.added(holder.likelihood, holder.belief, turns, past)
-                    if most is not None:
-                        del found[max(0, most - len(holder.belief.goals)) :]
-                    holder.include([change.goal for change in found], turns)
-                    changes += found
-                    unexplained = missing and not found
-        return changes, unexplained
+        known = any(goal != UNSPECIFIED for goal in tracker.belief.goals)
+        propose = reading is None or _may_tell_aim(reading, known=known)
+        with tracker.restoring():
+            missing = propose and incomplete(tracker.belief, self.propose, since=since)
+            if missing or (propose and reading and _tells_another_aim(reading, rounds)):
+                progress("proposing goals")
+                changes = self.added(
+                    tracker.likelihood, tracker.belief, tracker.turns, [*past, *corrections]
+                )
+                if most is not None:
+                    del changes[max(0, most - len(tracker.belief.goals)) :]
+                tracker.include([change.goal for change in changes])
+                unexplained = missing and not changes
+            progress("checking goals")
+            beliefs = [*(each.belief for each in rounds if each.belief), tracker.belief]
+            removed = self.removed(beliefs, tracker.turns, given=given)
+            tracker.drop(change.goal for change in removed)
+        return changes + removed, unexplained and not (reading and acting(reading.orders))
 
     def added(
         self,
@@ -320,6 +312,24 @@ class GoalManager:
             if likeliest and likeliest not in pinned:
                 del found[likeliest]
         return list(found.values())
+
+
+def _may_tell_aim(reading: Reading, *, known: bool) -> bool:
+    """Whether goals may be proposed from words.
+
+    Words that ask for nothing may tell an aim; orders do as long as no goal is `known`.
+    """
+    if reading.tells("aim"):
+        return True
+    if known:
+        return reading.only_tells and not reading.says_nothing
+    return reading.only_tells or bool(acting(reading.orders))
+
+
+def _tells_another_aim(reading: Reading, rounds: Sequence[PastRound]) -> bool:
+    """Whether an aim was told before, too: words that name both may seem explained by the old."""
+    told = [reading, *(round.reading for round in rounds if round.reading)]
+    return reading.tells("aim") and sum(each.tells("aim") for each in told) > 1
 
 
 def _gist(text: str) -> str:

@@ -7,8 +7,7 @@ from dataclasses import dataclass
 from typing import ClassVar
 
 from goalscope.base.types import Goal
-
-__all__ = ["Ranking"]
+from goalscope.belief.calibration import PAPER, Calibration
 
 
 @dataclass(frozen=True)
@@ -25,6 +24,7 @@ class Ranking:
     most: Goal | None = None
     least: Goal | None = None
 
+    calibration: ClassVar[Calibration] = PAPER
     pinned: ClassVar[tuple[tuple[int, Goal], ...]] = ()
     ruled_out: ClassVar[tuple[Goal, ...]] = ()
     weights: ClassVar[tuple[tuple[int, float], ...]] = ()

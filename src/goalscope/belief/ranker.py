@@ -33,19 +33,19 @@ class Ranker:
         self.turns: list[Turn] = []
         self.belief = Ranking((UNSPECIFIED,))
 
-    def observe(self, turn: Turn) -> None:
+    def observe(self, query: str, utterance: str, *, weight: float = 1.0) -> None:
         """Rank the goals anew; on an error the ranking stays as it was.
 
         Raises:
             InvalidInputError: The words do not fit the model's context.
         """
-        turns = [*self.turns, turn]
+        turns = [*self.turns, Turn(query, utterance)]
         self.belief = self._ranked(self.belief.goals, turns)
         self.turns = turns
 
-    def include(self, goals: Sequence[Goal], turns: Sequence[Turn]) -> None:
-        """See `goalscope.belief.goal_manager.Holder`; all goals are ranked anew, together."""
-        self.belief = self._ranked([*self.belief.goals, *goals], turns)
+    def include(self, goals: Sequence[Goal]) -> None:
+        """See `goalscope.belief.goal_manager.Tracker`; all goals are ranked anew, together."""
+        self.belief = self._ranked([*self.belief.goals, *goals], self.turns)
 
     def drop(self, goals: Iterable[Goal]) -> None:
         """See `Ranking.drop`."""
@@ -53,7 +53,7 @@ class Ranker:
 
     @contextmanager
     def restoring(self) -> abc.Generator[None]:
-        """See `goalscope.belief.goal_manager.Holder`."""
+        """See `goalscope.belief.goal_manager.Tracker`."""
         before = self.belief
         try:
             yield

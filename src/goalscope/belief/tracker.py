@@ -351,13 +351,13 @@ class GoalTracker:
             return ()
         return (f"The conversation is long: the first {start} turns are no longer read.",)
 
-    def include(self, goals: Sequence[Goal], turns: Sequence[Turn]) -> None:
-        """See `Holder`; evidence is that of the observed turns alone."""
+    def include(self, goals: Sequence[Goal]) -> None:
+        """See `goalscope.belief.goal_manager.Tracker`."""
         self._add(goals)
 
     @contextmanager
     def restoring(self) -> Generator[None]:
-        """See `goalscope.belief.goal_manager.Holder`; meanwhile other threads wait."""
+        """See `goalscope.belief.goal_manager.Tracker`; meanwhile other threads wait."""
         with self._busy:
             before = self.belief
             try:

@@ -193,13 +193,6 @@ class EpisodeOptions(ModelOptions):
             "--k", min=1, help="Number of likeliest goals to act on and to ask about.  [default: 3]"
         ),
     ] = None
-    pipeline: Annotated[
-        str | None,
-        typer.Option(
-            metavar="STAGE,STAGE,STAGE,STAGE",
-            help="Order of a round's stages.  [default: infer,propose,remove,act]",
-        ),
-    ] = None
     prompted: Annotated[
         list[str] | None,
         typer.Option(
@@ -221,7 +214,7 @@ class EpisodeOptions(ModelOptions):
         """
         from goalscope.agent.agent import K
         from goalscope.agent.settings import Settings, load_domain, load_likelihood
-        from goalscope.agent.toolkit import PIPELINE, modules_named, pipeline_of
+        from goalscope.agent.toolkit import modules_named
 
         settings = Settings(
             **self.names(),
@@ -238,7 +231,6 @@ class EpisodeOptions(ModelOptions):
             calibration=calibration_file(self.calibration),
             propose=_trigger(self.propose),
             k=self.k or K,
-            pipeline=PIPELINE if self.pipeline is None else pipeline_of(_listed(self.pipeline)),
             prompted=modules_named(self.prompted or ()),
             seed=self.seed,
             **more,
@@ -267,13 +259,10 @@ class EpisodeOptions(ModelOptions):
                         f"--{name.replace('_', '-')} only applies to the method 'good'; "
                         f"{self.method!r} computes no evidence. Leave it out."
                     )
-        if self.method == "no-goals":
-            for name in ("k", "pipeline"):
-                if getattr(self, name):
-                    raise InvalidInputError(
-                        f"--{name} does not apply to the method 'no-goals', which has no goals. "
-                        "Leave it out."
-                    )
+        if self.method == "no-goals" and self.k:
+            raise InvalidInputError(
+                "--k does not apply to the method 'no-goals', which has no goals. Leave it out."
+            )
         check_likelihood(self.likelihood, self.layout, self.end_of_turn)
 
 
@@ -351,10 +340,6 @@ def _absolute(path: Path | None) -> str | None:
 def _scene(given: str | None) -> str | None:
     """The name of a scene, or the full path of its file."""
     return str(Path(given).absolute()) if given and Path(given).is_file() else given
-
-
-def _listed(given: str) -> list[str]:
-    return [each.strip() for each in given.split(",")]
 
 
 def _trigger(given: str | None) -> Trigger:

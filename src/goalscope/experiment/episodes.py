@@ -51,9 +51,7 @@ __all__ = [
 METHODS = ("good", "no-goals", "no-inference")
 """The methods of the paper (Sec. 4.3), in its order; others follow by name."""
 DEFAULTS: Mapping[str, Any] = {
-    key: value
-    for key, value in asdict(Settings()).items()
-    if key in ("propose", "k", "pipeline", "prompted")
+    key: value for key, value in asdict(Settings()).items() if key in ("propose", "k", "prompted")
 }
 """Settings that a cell only names where they are others."""
 TOP = 3.0

@@ -12,7 +12,7 @@ from typing import Any, Literal, get_args
 from goalscope.agent.agent import K, Method
 from goalscope.agent.habits import Habit
 from goalscope.agent.settings import Domain, Settings, load_domain, load_likelihood, profiles_of
-from goalscope.agent.toolkit import PIPELINE, Stage, modules_named, pipeline_of
+from goalscope.agent.toolkit import modules_named
 from goalscope.base.inputs import nearest, shown
 from goalscope.base.types import InvalidInputError
 from goalscope.belief.goal_manager import Trigger
@@ -107,7 +107,6 @@ class EpisodesPart:
         calibrations: Names or files; by default that of `Agent`.
         propose: See `Agent`; None for its default.
         k: Number of goals to act on; see `Agent`.
-        pipeline: The order of a round's stages; see `Agent`.
         likelihood: A likelihood of your own in place of the role-play one (see `load_likelihood`).
         prompted: Toolkit that use the paper's prompts; "all" for all of them.
         seeds: One run for each.
@@ -127,7 +126,6 @@ class EpisodesPart:
     calibrations: tuple[str, ...] = ()
     propose: Trigger | None = None
     k: int = K
-    pipeline: tuple[Stage, ...] = PIPELINE
     likelihood: str | None = None
     prompted: tuple[str, ...] = ()
     seeds: tuple[int, ...] = (0,)
@@ -355,8 +353,6 @@ def _episode_specs(part: EpisodesPart, model: Model) -> Iterator[dict[str, Any]]
         fixed["propose"] = part.propose
     if part.k != K:
         fixed["k"] = part.k
-    if (pipeline := pipeline_of(part.pipeline)) != PIPELINE:
-        fixed["pipeline"] = [*pipeline]
     if own := _own_likelihood(part):
         fixed["likelihood"] = own["likelihood"]
     if part.prompted:

@@ -11,7 +11,6 @@ from typing import Any, cast, get_args
 from goalscope.agent.agent import Method
 from goalscope.agent.habits import Habit
 from goalscope.agent.settings import Domain
-from goalscope.agent.toolkit import PIPELINE
 from goalscope.base.inputs import nearest, read_table, refuse_unknown, shown
 from goalscope.base.types import InvalidInputError
 from goalscope.belief.calibrations import NAMED, calibration_named
@@ -110,7 +109,6 @@ _CHOICES: Mapping[str, Sequence[str]] = {
     "methods": get_args(Method),
     "humans": ("scripted", "simulated", *get_args(Habit)),
     "layouts": get_args(Layout),
-    "pipeline": PIPELINE,
 }
 _LEAST = {"limit": 1, "turns": 1, "goals": 2, "change": 2, "rounds": 1, "trials": 1, "k": 1}
 

@@ -192,10 +192,10 @@ def _facts(done: Sequence[Cell]) -> Iterator[str]:
         for own in (cell.spec.get("settings", {}),)
     ]
     for key in ("domain", "human", "likelihood", "layout", "calibration", "end_of_turn", "propose",
-                "k", "pipeline", "prompted", "rounds", "seed", "trials"):  # fmt: skip
+                "k", "prompted", "rounds", "seed", "trials"):  # fmt: skip
         values = dict.fromkeys(_text(each[key]) for each in settings if key in each)
         if values:
-            joint = "; " if key in ("pipeline", "prompted") else ", "
+            joint = "; " if key == "prompted" else ", "
             yield f"{key.replace('_', ' ')}: {joint.join(values)}"
     identities = Counter(json.dumps(cell.identity, sort_keys=True) for cell in done)
     for identity, n in identities.items():

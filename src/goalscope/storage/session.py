@@ -127,8 +127,7 @@ class Session:
             calibration=calibration_named(settings.calibration) if settings.calibration else None,
             propose=settings.propose,
             k=settings.k,
-            pipeline=settings.pipeline,
-            modules=toolkit_for(settings, model),
+            toolkit=toolkit_for(settings, model),
             progress=progress,
             understood=understood,
         )

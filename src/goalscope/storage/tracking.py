@@ -389,7 +389,9 @@ def _manage(
     past = [*(change for round in session.rounds for change in round.changes), *corrections]
     named = {each.goal for each in past if each.kind == "added" and each.source != "program"}
     given = {*tracker.belief.goals} - named - {UNSPECIFIED}
-    changes, _ = goals.manage(tracker, session.rounds, corrections, given=given, most=MAX_GOALS + 1)
+    changes, _ = goals.manage(
+        tracker, session.rounds, corrections=corrections, given=given, most=MAX_GOALS + 1
+    )
     return changes
 
 

@@ -1,0 +1,110 @@
+"""One round is one pass of Algorithm 1, whole or not at all."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import asdict
+
+import numpy as np
+import pytest
+
+from fakes import GOALS, LampRoom, WordModel, plans
+from goalscope.agent.agent import Agent, K
+from goalscope.agent.planner import Outcome
+from goalscope.agent.settings import Settings, settings_of
+from goalscope.base.types import Goal, InvalidInputError, UnreadableAnswerError
+from goalscope.belief.calibration import PAPER
+from goalscope.storage.session import Session
+from goalscope.storage.store import Store
+from lamps import RANKS, REPLIES, agent_in
+
+LIGHT, SLEEP = Goal("have lamp light"), Goal("sleep without light")
+
+
+class Watches:
+    """A planner that does nothing, and remembers for which goals it was to plan."""
+
+    def __init__(self) -> None:
+        self.wants: list[list[str]] = []
+
+    def act(self, env, wants, turns, history, standing):
+        self.wants.append([want.text for want in wants])
+        return Outcome()
+
+
+@pytest.mark.parametrize("method", ["good", "no-inference"])
+def test_a_round_runs_in_the_order_of_algorithm_1(method) -> None:
+    told: list[str] = []
+    model = WordModel({**REPLIES, **RANKS})
+    agent = agent_in(LampRoom(), method, model=model, progress=told.append)
+    agent.step("What now?", "lamp light please")
+    words = [each.split()[0] for each in told]
+    assert words == ["reading", "scoring", "proposing", "checking", "planning"]
+
+
+@pytest.mark.parametrize("k", [1, 2, K])
+def test_the_agent_acts_on_the_k_likeliest_goals(k) -> None:
+    planner = Watches()
+    agent = plans(agent_in(LampRoom(), k=k), planner)
+    agent.step("What now?", "have lamp light please")
+    assert planner.wants == [[LIGHT.text, SLEEP.text][:k]]
+
+
+def test_goals_that_cannot_be_read_change_none() -> None:
+    class Mute:
+        def goals(self, task, turns, held):
+            raise UnreadableAnswerError("no list")
+
+    agent = agent_in(LampRoom())
+    agent.goal_manager.proposer = Mute()
+    round = agent.step("What?", "lamp light please")
+    assert round.changes == ()
+    assert any(note.startswith("The goals stay as they are.") for note in round.notes)
+    assert len(agent.turns) == 1
+
+
+def test_an_error_leaves_the_belief_as_it_was() -> None:
+    agent = agent_in(LampRoom())
+    agent.step("What?", "lamp light please")
+    before, on = agent.belief, agent.env.status()
+
+    def full(_: object) -> None:
+        raise OSError("disk full")
+
+    with pytest.raises(OSError, match="disk full"):
+        agent.step("And?", "sleep without light", keep=full)
+    assert (agent.belief, agent.env.status(), len(agent.turns)) == (before, on, 1)
+    assert agent.tracker is not None
+    assert len(agent.tracker.turns) == 1
+
+
+def test_an_agent_takes_a_likelihood_of_ones_own() -> None:
+    class Flat:
+        calibration = PAPER
+
+        def log_likelihood(self, task, goals, turns, *, since=0):
+            return np.zeros((len(turns) - since, len(goals)))
+
+    round = agent_in(LampRoom(), likelihood=Flat()).step("", "lamp light please")
+    assert round.belief is not None
+    assert round.belief.log_likelihood.shape == (1, len(round.belief.goals))
+
+
+@pytest.mark.parametrize("k", [0, 1.5, None])
+def test_k_is_a_whole_number_from_1(k) -> None:
+    with pytest.raises(InvalidInputError, match="k must be a whole number, 1 or more"):
+        Agent(LampRoom(), WordModel(), k=k)
+
+
+def test_an_episode_keeps_its_settings_when_it_is_resumed() -> None:
+    chosen = Settings(k=1)
+    assert settings_of(json.loads(json.dumps(asdict(chosen)))) == chosen
+    with Store.in_memory() as store:
+        first = Session(store, chosen, LampRoom(), WordModel(REPLIES), read=str)
+        first.step("What?", "lamp light please")
+        info = store.episode(first.id)
+        again = Session(
+            store, settings_of(info.settings), LampRoom(), WordModel({**REPLIES, GOALS: ""}),
+            read=str, resume=info,
+        )  # fmt: skip
+        assert again._agent.k == 1
