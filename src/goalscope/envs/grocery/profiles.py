@@ -16,7 +16,7 @@ from goalscope.envs.grocery.catalogue import Item
 __all__ = ["checks_met", "load_profiles", "unwanted"]
 
 _FORMS: Mapping[str, tuple[str, ...]] = {
-    "must_have": ("tag", "min_quantity", "max_quantity"),
+    "must_have": ("without", "tag", "min_quantity", "max_quantity"),
     "must_not_have": (),
     "must_not_have_tag": (),
     "all_have_tag": (),
@@ -32,9 +32,9 @@ def load_profiles(path: Path | str | None = None) -> tuple[Profile, ...]:
     Each is a table `[[profile]]` with `name`, `description` (given to a simulated human),
     `replies` (what the scripted human says, in order) and `checks`, a list of these forms:
 
-    * `{must_have = ["flour", "corn starch"]}`: some item matches one of the terms. Beside it
-      may stand `tag = "gluten-free"` (that item must carry the tag), `min_quantity` and
-      `max_quantity` (of all such items together).
+    * `{must_have = ["limes", "lemons"]}`: some item matches one of the terms. Beside it may stand
+      `without = ["soda"]` (terms that this item must not match), `tag = "gluten-free"` (a tag
+      that it must carry), `min_quantity` and `max_quantity` (of all such items together).
     * `{must_not_have = ["peanut"]}`: no item matches any of the terms.
     * `{must_not_have_tag = "frozen"}` and `{all_have_tag = "organic"}`: no item, or every one.
     * `{max_total = 60}`: the priced items cost at most so much.
@@ -64,15 +64,19 @@ def checks_met(
 
 def unwanted(profile: Profile, basket: Sequence[tuple[Item, int]]) -> list[str]:
     """Names of the items that match no term of a `must_have`, and none that is welcome."""
-    wanted = [term for check in profile.checks for term in check.get("must_have", ())]
-    return [item.name for item, _ in basket if not _matches(item, (*wanted, *profile.welcome))]
+    wanted = [check for check in profile.checks if "must_have" in check]
+    return [
+        item.name
+        for item, _ in basket
+        if not any(_fits(item, {**check, "tag": None}) for check in wanted)
+        and not _matches(item, profile.welcome)
+    ]
 
 
 def _is_met(check: Mapping[str, Any], basket: Sequence[tuple[Item, int]], bought: bool) -> bool:
     match check:
         case {"must_have": terms, **limits}:
-            tag = limits.get("tag")
-            fitting = [n for i, n in basket if _matches(i, terms) and (not tag or tag in i.tags)]
+            fitting = [n for item, n in basket if _fits(item, check)]
             least, most = limits.get("min_quantity", 1), limits.get("max_quantity")
             return sum(fitting) >= least and (most is None or sum(fitting) <= most)
         case {"must_not_have": terms}:
@@ -90,6 +94,12 @@ def _is_met(check: Mapping[str, Any], basket: Sequence[tuple[Item, int]], bought
             raise InvalidInputError(f"The check {dict(check)!r} has no known form.")
 
 
+def _fits(item: Item, check: Mapping[str, Any]) -> bool:
+    """Whether an item is one of those that a check with `must_have` asks for."""
+    is_named = _matches(item, check["must_have"]) and not _matches(item, check.get("without", ()))
+    return is_named and (not check.get("tag") or check["tag"] in item.tags)
+
+
 def _matches(item: Item, terms: Iterable[str]) -> bool:
     name = set(singulars(item.name))
     return any(contains(name, singulars(term)) for term in terms)
@@ -103,7 +113,7 @@ def _examine(check: Mapping[str, Any], label: str) -> None:
     if len(leading) != 1:
         raise InvalidInputError(f"{label}: expected exactly one of the keys {', '.join(_FORMS)}.")
     for key, value in check.items():
-        if key in ("must_have", "must_not_have"):
+        if key in ("must_have", "must_not_have", "without"):
             right = is_list(value, str) and value and all(singulars(term) for term in value)
             kind = "a list of terms"
         elif key in ("min_quantity", "max_quantity"):
