@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import re
 import sqlite3
 import subprocess
 import sys
@@ -225,6 +226,21 @@ def test_results_may_be_in_either(place):
         assert results.plan([{"b": 1}, {"a": ODD}])[1].result == {"said": ODD}
         assert [kept.spec for kept in results.cells()] == [{"a": ODD}, {"b": 1}]
         assert results.about == {"title": ODD}
+
+
+def test_no_statement_needs_a_newer_sqlite(tmp_path):
+    """RETURNING needs 3.35 and STRICT 3.37, which many distributions lack."""
+    with Store.open(tmp_path / "s.db") as store:
+        said = []
+        store._engine.dialect.insert_returning = False
+        event.listen(store._engine, "before_cursor_execute", lambda *given: said.append(given[2]))
+        fill(store)
+        studies = StudyStore(store)
+        study = studies.add(PLAN)
+        assert studies.join(study, "ann", "ann") == studies.participant(study, "ann", "ann")
+        with store.reading() as connection:
+            said += connection.exec_driver_sql("SELECT sql FROM sqlite_master").scalars()
+    assert not [each for each in said if each and re.search("RETURNING|STRICT", each)]
 
 
 def test_a_closed_file_has_no_journal(tmp_path):

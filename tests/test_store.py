@@ -8,6 +8,7 @@ import sqlite3
 import subprocess
 import sys
 import time
+from contextlib import closing
 from pathlib import Path
 
 import numpy as np
@@ -247,6 +248,17 @@ def test_a_damaged_file_is_explained(tmp_path):
     (tmp_path / "text.db").write_text("no database at all, only words " * 99)
     with pytest.raises(GoalscopeError, match="not a SQLite file"):
         Store.open(tmp_path / "text.db")
+
+
+def test_a_sound_file_of_a_newer_sqlite_is_not_called_damaged(tmp_path):
+    file = tmp_path / "s.db"
+    Store.open(file).close()
+    with closing(sqlite3.connect(file)) as connection:
+        connection.execute("PRAGMA writable_schema = ON")
+        connection.execute("UPDATE sqlite_master SET sql = sql || ' FANCY' WHERE name = 'about'")
+        connection.commit()
+    with pytest.raises(GoalscopeError, match=r"older than the one that made it.*3\.37"):
+        Store.open(file)
 
 
 def test_a_path_that_cannot_be_used_is_explained(tmp_path):

@@ -11,8 +11,8 @@ from typing import Any
 from sqlalchemy import Connection, Row, select
 
 from goalscope.base.types import InvalidInputError
-from goalscope.storage.round_json import dumps, round_from_json, round_to_json
-from goalscope.storage.store import Store, new_episode
+from goalscope.storage.round_json import dumps, round_from_json
+from goalscope.storage.store import Store, new_episode, round_row
 from goalscope.storage.tables import ABOUT, CELLS, EPISODES, ROUNDS
 
 __all__ = ["Cell", "Results", "cell_key"]
@@ -181,8 +181,7 @@ def _adopted(connection: Connection, episode: Mapping[str, Any]) -> str:
     row |= {"ended": episode["ended"], "score": episode["score"]}
     connection.execute(EPISODES.insert(), row)
     for each in map(round_from_json, episode["rounds"]):
-        values = {"episode": row["id"], "number": each.number, "json": round_to_json(each)}
-        connection.execute(ROUNDS.insert(), values)
+        connection.execute(ROUNDS.insert(), round_row(row["id"], each))
     return row["id"]
 
 

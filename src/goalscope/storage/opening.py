@@ -31,8 +31,6 @@ from goalscope.base.types import GoalscopeError, InvalidInputError
 from goalscope.base.user_dirs import NOWHERE, user_data
 from goalscope.storage.tables import METADATA, SCHEMA, SCHEMA_VERSION
 
-__all__ = ["WRITING", "default_place", "explained", "opened", "opened_in_memory"]
-
 APPLICATION = 0x474F4144  # "GOAD": marks a file as an episode store
 WAIT = 10
 """Seconds to wait for a locked database."""
@@ -321,9 +319,9 @@ def _has_tables(connection: Connection, name: str) -> bool:
     version = connection.scalar(select(SCHEMA.c.version_num))
     if version != SCHEMA_VERSION:
         raise GoalscopeError(
-            f"The episode store {name} was created by another version of goalscope, with "
-            f"tables of version {version} instead of {SCHEMA_VERSION}. Use that version of "
-            "goalscope, or name another store with --store."
+            f"The episode store {name} has tables of version {version} instead of "
+            f"{SCHEMA_VERSION}: open it with the version of goalscope that made it, or name "
+            "another store with --store."
         )
     return True
 
@@ -354,6 +352,11 @@ def explained(place: str | Path) -> Generator[None]:
 
 def _advice(cause: BaseException, said: str) -> str:
     if isinstance(cause, sqlite3.Error):
+        if "malformed database schema" in said:  # sound, with what this SQLite cannot read
+            return (
+                f"SQLite {sqlite3.sqlite_version} is older than the one that made it (STRICT "
+                "tables need 3.37): install a newer one, or name another file."
+            )
         name = getattr(cause, "sqlite_errorname", "")  # such as SQLITE_READONLY_DIRECTORY
         return ADVICE.get("_".join(name.split("_")[:2]), "Name another file.")
     state = getattr(cause, "sqlstate", None) or next(

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import json
 import math
-import re
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict, fields
 from typing import TYPE_CHECKING, Any, TypeVar
@@ -18,22 +17,7 @@ from goalscope.language.orders import Order, Reading, order_from_json, order_to_
 if TYPE_CHECKING:
     from goalscope.belief.belief import Belief
 
-__all__ = [
-    "belief_from_json",
-    "belief_to_json",
-    "dumps",
-    "first_words",
-    "round_from_json",
-    "round_to_json",
-    "turn_like",
-]
-
 T = TypeVar("T")
-
-_UTTERANCE = re.compile(
-    r'"utterance": "((?:[^"\\\x00-\x1f]|\\["\\/bfnrt]|\\u(?!d[89a-f])[0-9a-f]{4}'
-    r"|\\ud[89ab][0-9a-f]{2}\\ud[c-f][0-9a-f]{2}){0,2000})"
-)
 
 
 def round_to_json(round: Round) -> str:
@@ -145,26 +129,3 @@ def dumps(value: object, *, sort_keys: bool = False) -> str:
         return json.dumps(value, allow_nan=False, sort_keys=sort_keys, default=_object_of)
     except ValueError as error:
         raise GoalscopeError(f"This cannot be stored: {error}") from error
-
-
-def turn_like(text: str) -> str:
-    """The LIKE pattern, escaped by "/", of a round whose turn contains a text.
-
-    Quotes within a value are escaped, so the pattern cannot match beyond the turn.
-    """
-    inner = dumps(text)[1:-1]
-    for each in "/%_":
-        inner = inner.replace(each, f"/{each}")
-    return f'%"turn": {{%{inner}%}}, "belief": %'
-
-
-def first_words(text: str, most: int) -> str:
-    """The utterance of a round, on one line and cut to a length.
-
-    Args:
-        text: The beginning of the round's JSON; "" if there is no round.
-        most: Largest number of characters.
-    """
-    found = _UTTERANCE.search(text)
-    line = " ".join(json.loads(f'"{found[1]}"').split()) if found else ""
-    return line if len(line) <= most else f"{line[: most - 3].rstrip()}..."

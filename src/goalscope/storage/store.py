@@ -20,16 +20,8 @@ from sqlalchemy.exc import IntegrityError
 from goalscope.agent.round import Round
 from goalscope.base.types import ConflictError, GoalscopeError, InvalidInputError
 from goalscope.storage.opening import WRITING, default_place, explained, opened, opened_in_memory
-from goalscope.storage.round_json import (
-    dumps,
-    first_words,
-    round_from_json,
-    round_to_json,
-    turn_like,
-)
+from goalscope.storage.round_json import dumps, round_from_json, round_to_json
 from goalscope.storage.tables import CORRECTIONS, EPISODES, ROUNDS, EscapedText
-
-__all__ = ["Ended", "EpisodeInfo", "Store", "new_episode"]
 
 Ended = Literal["terminated", "truncated"]
 """How an episode ended: task complete, or out of rounds."""
@@ -37,7 +29,8 @@ Ended = Literal["terminated", "truncated"]
 _WORDS = 120
 """Most characters of `EpisodeInfo.first_words`."""
 
-_BEGINNING = 6000  # characters of a round that are searched for them
+_BEGINNING = 2000
+"""Characters of the first utterance that are read for them."""
 
 _CHANGED = "Episode {} was changed elsewhere (in another window?). Try again."
 
@@ -210,7 +203,6 @@ class Store:
             ConflictError: The round exists already, or what `after` names has changed.
             GoalscopeError: The round cannot be written; all earlier ones are kept.
         """
-        values = {"episode": id, "number": round.number, "json": round_to_json(round)}
         with self.writing() as connection:
             if new:
                 connection.execute(EPISODES.insert(), new)
@@ -219,7 +211,7 @@ class Store:
             elif after is not None:
                 _require_settings(connection, id, after)
             try:
-                connection.execute(ROUNDS.insert(), values)
+                connection.execute(ROUNDS.insert(), round_row(id, round))
             except IntegrityError as error:
                 raise ConflictError(
                     f"Cannot add round {round.number} to episode {id}: it already has such a "
@@ -396,12 +388,29 @@ def _matching(owner: str | None, domain: str | None, text: str) -> list[ColumnEl
         found.append(row.domain == domain)
     if text:
         columns = (row.id, row.domain, row.profile, row.method, row.model, row.task)
-        said = select(ROUNDS).where(
-            ROUNDS.c.episode == row.id, ROUNDS.c.json.ilike(turn_like(text), escape="/")
-        )
-        stands = (each.icontains(text, autoescape=True) for each in columns)
-        found.append(or_(*stands, said.exists()))
+        turn = (ROUNDS.c.query, ROUNDS.c.utterance)
+        said = select(ROUNDS).where(ROUNDS.c.episode == row.id, _contained(text, turn))
+        found.append(or_(_contained(text, columns), said.exists()))
     return found
+
+
+def _contained(text: str, columns: Sequence[ColumnElement[str]]) -> ColumnElement[bool]:
+    return or_(*(column.icontains(text, autoescape=True) for column in columns))
+
+
+def round_row(episode: str, round: Round) -> dict[str, Any]:
+    """The row of a round.
+
+    Raises:
+        GoalscopeError: A number is NaN or +inf.
+    """
+    return {
+        "episode": episode,
+        "number": round.number,
+        "query": round.turn.query,
+        "utterance": round.turn.utterance,
+        "json": round_to_json(round),
+    }
 
 
 def new_episode(settings: Mapping[str, Any] | None = None, **values: str | None) -> dict[str, Any]:
@@ -417,12 +426,14 @@ def new_episode(settings: Mapping[str, Any] | None = None, **values: str | None)
 def _infos() -> Select[Any]:
     own = ROUNDS.c.episode == EPISODES.c.id
     rounds = select(func.count()).where(own).scalar_subquery()
-    first = select(func.substr(ROUNDS.c.json, 1, _BEGINNING)).where(own, ROUNDS.c.number == 1)
+    first = select(func.substr(ROUNDS.c.utterance, 1, _BEGINNING)).where(own, ROUNDS.c.number == 1)
     return select(EPISODES, rounds.label("rounds"), first.scalar_subquery().label("first_words"))
 
 
 def _info(row: Row[Any]) -> EpisodeInfo:
-    values = {field.name: getattr(row, field.name) for field in fields(EpisodeInfo)}
-    values["settings"] = json.loads(row.settings)
-    values["first_words"] = first_words(row.first_words or "", _WORDS)
+    line = " ".join((row.first_words or "").split())
+    if len(line) > _WORDS:
+        line = f"{line[: _WORDS - 3].rstrip()}..."
+    values: dict[str, Any] = {each.name: getattr(row, each.name) for each in fields(EpisodeInfo)}
+    values["settings"], values["first_words"] = json.loads(row.settings), line
     return EpisodeInfo(**values)

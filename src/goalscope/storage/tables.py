@@ -3,11 +3,10 @@
 from __future__ import annotations
 
 from sqlalchemy import (
-    REAL,
     CheckConstraint,
     Column,
     Dialect,
-    Float,
+    Double,
     ForeignKey,
     Integer,
     MetaData,
@@ -17,33 +16,9 @@ from sqlalchemy import (
     UniqueConstraint,
 )
 
-__all__ = [
-    "ABOUT",
-    "ANSWERS",
-    "CELLS",
-    "CORRECTIONS",
-    "EPISODES",
-    "ITEMS",
-    "METADATA",
-    "PARTICIPANTS",
-    "ROUNDS",
-    "SCHEMA",
-    "SCHEMA_VERSION",
-    "STUDIES",
-    "EscapedText",
-]
-
-SCHEMA_VERSION = "0002"
-"""Of the tables below: a database with tables of another version is refused."""
-METADATA = MetaData(
-    naming_convention={
-        "pk": "%(table_name)s_pk",
-        "fk": "%(table_name)s_%(column_0_name)s_fk",
-        "uq": "%(table_name)s_%(column_0_name)s_uq",
-        "ck": "%(table_name)s_%(constraint_name)s_ck",
-        "ix": "%(table_name)s_%(column_0_name)s_ix",
-    }
-)
+SCHEMA_VERSION = "0003"
+"""Version of the tables below; a database with another version is refused."""
+METADATA = MetaData()
 """All tables. JSON is ASCII text, which no database reads or rejects."""
 
 
@@ -58,12 +33,7 @@ class EscapedText(TypeDecorator[str]):
         return value and value.encode("utf-8", "backslashreplace").decode().replace("\0", "\\x00")
 
 
-SCHEMA = Table(
-    "goalscope_version",
-    METADATA,
-    Column("version_num", Text, primary_key=True),
-    sqlite_strict=True,
-)
+SCHEMA = Table("goalscope_version", METADATA, Column("version_num", Text, primary_key=True))
 """The version of the tables, in one row."""
 EPISODES = Table(
     "episodes",
@@ -78,11 +48,10 @@ EPISODES = Table(
     Column("task", EscapedText, nullable=False),
     Column("settings", Text, nullable=False),
     Column("ended", EscapedText),
-    Column("score", Float(53).with_variant(REAL(), "sqlite")),  # STRICT knows no other name
+    Column("score", Double),
     Column("owner", EscapedText, index=True),
-    CheckConstraint("ended IN ('terminated', 'truncated')", "ended"),
-    CheckConstraint("score BETWEEN 0 AND 1", "score"),
-    sqlite_strict=True,
+    CheckConstraint("ended IN ('terminated', 'truncated')"),
+    CheckConstraint("score BETWEEN 0 AND 1"),
 )
 """One episode in each row; `number` counts them as they begin."""
 ROUNDS = Table(
@@ -90,11 +59,12 @@ ROUNDS = Table(
     METADATA,
     Column("episode", EscapedText, ForeignKey("episodes.id"), primary_key=True),
     Column("number", Integer, primary_key=True, autoincrement=False),
+    Column("query", EscapedText, nullable=False),
+    Column("utterance", EscapedText, nullable=False),
     Column("json", Text, nullable=False),
-    CheckConstraint("number >= 1", "number"),
-    sqlite_strict=True,
+    CheckConstraint("number >= 1"),
 )
-"""Rounds, as `rounds_json` writes them."""
+"""Rounds, as `round_json` writes them; the turn stands in columns of its own to be searched."""
 CORRECTIONS = Table(
     "corrections",
     METADATA,
@@ -102,7 +72,6 @@ CORRECTIONS = Table(
     Column("episode", EscapedText, ForeignKey("episodes.id"), nullable=False, index=True),
     Column("after", Integer, nullable=False),
     Column("json", Text, nullable=False),
-    sqlite_strict=True,
 )
 """What a person said of the goals after so many rounds; `number` counts these as they come."""
 ABOUT = Table(
@@ -110,7 +79,6 @@ ABOUT = Table(
     METADATA,
     Column("name", EscapedText, primary_key=True),
     Column("value", Text, nullable=False),
-    sqlite_strict=True,
 )
 """Facts about an experiment, as JSON."""
 CELLS = Table(
@@ -123,7 +91,6 @@ CELLS = Table(
     Column("error", EscapedText),
     Column("identity", Text),
     Column("result", Text),
-    sqlite_strict=True,
 )
 """The cells of an experiment; `number` counts them as they are planned."""
 STUDIES = Table(
@@ -134,7 +101,6 @@ STUDIES = Table(
     Column("created", EscapedText, nullable=False),
     Column("plan", Text, nullable=False),
     Column("closed", EscapedText),
-    sqlite_strict=True,
 )
 """Studies with people who rate episodes; since `closed` one takes no new ones."""
 ITEMS = Table(
@@ -144,7 +110,6 @@ ITEMS = Table(
     Column("study", Integer, ForeignKey("studies.number"), nullable=False, index=True),
     Column("view", Text, nullable=False),
     Column("episode", EscapedText, nullable=False),
-    sqlite_strict=True,
 )
 """What is rated, as it is shown."""
 PARTICIPANTS = Table(
@@ -155,9 +120,8 @@ PARTICIPANTS = Table(
     Column("visitor", EscapedText, nullable=False),
     Column("external", EscapedText, nullable=False),
     Column("joined", EscapedText, nullable=False),
-    UniqueConstraint("study", "visitor", name="study_participants_visitor_uq"),
-    UniqueConstraint("study", "external", name="study_participants_external_uq"),
-    sqlite_strict=True,
+    UniqueConstraint("study", "visitor"),
+    UniqueConstraint("study", "external"),
 )
 """Who has agreed to take part, in one browser; `external` is the id in their link."""
 ANSWERS = Table(
@@ -171,8 +135,7 @@ ANSWERS = Table(
     Column("revision", Integer, nullable=False, default=0),
     Column("opened", EscapedText),
     Column("answered", EscapedText),
-    UniqueConstraint("participant", "place", name="study_answers_place_uq"),
-    CheckConstraint("rating BETWEEN 0 AND 3", "rating"),
-    sqlite_strict=True,
+    UniqueConstraint("participant", "place"),
+    CheckConstraint("rating BETWEEN 0 AND 3"),
 )
 """Items that a participant has been given, and what they said of them."""

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import asdict, dataclass, fields
 from datetime import UTC, datetime, timedelta
 from random import Random
@@ -117,13 +117,14 @@ class StudyStore:
         values = {"name": plan.name, "created": _now(), "plan": dumps(asdict(plan))}
         with self._store.writing() as connection:
             try:
-                study = connection.execute(STUDIES.insert().returning(STUDIES), values).one()
+                made = connection.execute(STUDIES.insert(), values).inserted_primary_key
             except IntegrityError as error:
                 raise InvalidInputError(
                     f'There is already a study "{plan.name}". Choose another name.'
                 ) from error
-            connection.execute(ITEMS.insert().values(study=study.number), items)
-            return _read_study(study)
+            assert made is not None
+            connection.execute(ITEMS.insert(), [{"study": made.number, **item} for item in items])
+        return self.named(plan.name)
 
     def all(self) -> list[Study]:
         """All studies, in the order of creation."""
@@ -208,11 +209,18 @@ class StudyStore:
             if not order:
                 raise ConflictError(_over(study))
             who = {"study": study.number, "visitor": visitor, "external": external}
-            joined = PARTICIPANTS.insert().returning(PARTICIPANTS)
-            row = connection.execute(joined, who | {"joined": _now()}).one()
-            answers = [{"item": item, "place": place} for place, item in enumerate(order, 1)]
-            connection.execute(ANSWERS.insert().values(participant=row.number), answers)
-            return _read(connection, [row])[0]
+            made = connection.execute(PARTICIPANTS.insert(), who | {"joined": _now()})
+            assert made.inserted_primary_key is not None
+            number = made.inserted_primary_key.number
+            answers = [
+                {"participant": number, "item": item, "place": place}
+                for place, item in enumerate(order, 1)
+            ]
+            connection.execute(ANSWERS.insert(), answers)
+            (joined,) = _read(
+                connection, select(PARTICIPANTS).where(PARTICIPANTS.c.number == number)
+            )
+            return joined
 
     def forget(self, study: Study, number: int) -> None:
         """Delete a participant and all their answers.
@@ -325,21 +333,21 @@ def _participant(
     row = PARTICIPANTS.c
     same = or_(row.visitor == visitor, row.external == external)
     query = select(PARTICIPANTS).where(row.study == study.number, same)
-    found = connection.execute(query).all()
-    for each in found:
+    for each in connection.execute(query):
         if each.visitor != visitor:
             raise ConflictError("You started this study in another browser. Please continue there.")
         if each.external != external:
             raise ConflictError("Somebody has already taken part in this study with this browser.")
-    return _read(connection, found)[0] if found else None
+    return next(iter(_read(connection, query)), None)
 
 
 def _participants(connection: Connection, study: Study) -> list[Participant]:
     query = select(PARTICIPANTS).where(PARTICIPANTS.c.study == study.number).order_by("number")
-    return _read(connection, connection.execute(query).all())
+    return _read(connection, query)
 
 
-def _read(connection: Connection, rows: Sequence[Row[Any]]) -> list[Participant]:
+def _read(connection: Connection, people: Select[Any]) -> list[Participant]:
+    rows = connection.execute(people).all()
     query = _answers()
     if len(rows) == 1:
         query = query.where(ANSWERS.c.participant == rows[0].number)
