@@ -1,8 +1,9 @@
 """A domain of one's own: a garden, laid out with a person. See docs/domain.md."""
 
 from pathlib import Path
+from typing import Literal
 
-from goalscope.base.inputs import lists_of, read_profiles
+from goalscope.base.inputs import read_profiles
 from goalscope.base.nouns import contains, singulars
 from goalscope.base.types import Action, StepResult
 from goalscope.envs import Environment, Resolution
@@ -106,4 +107,4 @@ def open_environment(profile):
 def load_profiles(path):
     """People who want a garden, in garden.toml or another such file."""
     file = Path(path) if path else Path(__file__).with_suffix(".toml")
-    return read_profiles(file, lists_of(("has", "lacks"), (*THINGS, TREE)))
+    return read_profiles(file, dict[Literal["has", "lacks"], list[Literal[*THINGS, TREE]]])

@@ -1,23 +1,50 @@
-"""TOML and JSON written by people and their programs; errors name the place and the remedy."""
+"""TOML and JSON written by people and their programs, read into typed values.
+
+An error names the file, the place in it, what was expected, what came, and the nearest known key.
+"""
 
 from __future__ import annotations
 
 import difflib
 import json
+import re
 import tomllib
-from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from functools import cache
 from importlib.resources.abc import Traversable
 from pathlib import Path
 from reprlib import Repr
-from typing import Any, cast
+from types import GenericAlias
+from typing import TYPE_CHECKING, Any, NamedTuple, TypeVar, cast
 
 from goalscope.base.types import InvalidInputError, Profile
 
-__all__ = ["RepeatedKeyError", "is_list", "lists_of", "nearest", "parse_json"]
-__all__ += ["read_profiles", "read_table", "refuse_unknown", "shown"]
+if TYPE_CHECKING:
+    from pydantic import TypeAdapter, ValidationError
+    from pydantic_core import ErrorDetails
+
+T = TypeVar("T")
 
 _REPR = Repr()
 _REPR.maxstring = _REPR.maxother = 80
+
+_UNKNOWN_KEY = ("extra_forbidden", "unexpected_keyword_argument")
+_MISSING_KEY = ("missing", "missing_argument")
+_MUST_BE = {
+    "dataclass_type": "a table of keys",
+    "dict_type": "a table of keys",
+    "model_type": "a table of keys",
+    "list_type": "a list",
+    "tuple_type": "a list",
+    "string_type": "a text",
+    "int_type": "a whole number",
+    "int_from_float": "a whole number",
+    "float_type": "a number",
+    "bool_type": "true or false",
+    "predicate_failed": "a text that is not blank",
+}
+"""What an error of pydantic's is about, in the words of the people who write the files."""
 
 
 def shown(value: object) -> str:
@@ -31,58 +58,15 @@ def shown(value: object) -> str:
 def nearest(word: str, known: Iterable[str]) -> str:
     """A hint that names the known word most like `word`, or else some of those known."""
     known = list(known)
-    found = difflib.get_close_matches(word[:80], known, 1)
-    if found:
-        return f"did you mean {found[0]!r}?"
+    alike = difflib.get_close_matches(word[:80], known, 1)
+    if alike:
+        return f"did you mean {alike[0]!r}?"
     more = ", ..." if len(known) > 20 else "."
     return f"known are {', '.join(known[:20])}{more}"
 
 
-def refuse_unknown(table: Mapping[str, Any], known: Sequence[str], label: str) -> None:
-    """Refuse keys of `table` that are not `known`; `label` says where it stands."""
-    for key in table:
-        if key not in known:
-            raise InvalidInputError(
-                f"{label}: the key {shown(key)} is unknown; {nearest(key, known)}"
-            )
-
-
-def lists_of(
-    keys: Sequence[str], known: Collection[str]
-) -> Callable[[Mapping[str, Any], str], None]:
-    """What refuses a check but lists of `known` names under `keys`, such as `has = ["roses"]`.
-
-    It is the `examine` of `read_profiles`.
-    """
-
-    def examine(check: Mapping[str, Any], label: str) -> None:
-        refuse_unknown(check, keys, label)
-        if not check:
-            raise InvalidInputError(f"{label}: it has no condition; {nearest('', keys)}")
-        for key, names in check.items():
-            if not is_list(names, str) or not names:
-                one = next(iter(known), "")
-                raise InvalidInputError(
-                    f"{label}: {key!r} must be a list of texts, such as {[one]}."
-                )
-            for name in names:
-                if name not in known:
-                    raise InvalidInputError(
-                        f"{label}: {shown(name)} is unknown; {nearest(name, known)}"
-                    )
-
-    return examine
-
-
-def is_list(value: object, kind: type) -> bool:
-    """Whether `value` is a list of nothing but `kind`."""
-    return isinstance(value, list) and all(
-        isinstance(entry, kind) for entry in cast("list[object]", value)
-    )
-
-
-def read_table(source: Path | Traversable, subject: str) -> dict[str, Any]:
-    """Read a TOML file in UTF-8; `subject` opens the messages, such as "The profiles a.toml are".
+def read_table(source: Path | Traversable) -> dict[str, Any]:
+    """Read a TOML file in UTF-8.
 
     Raises:
         InvalidInputError: The file cannot be read, or is not TOML.
@@ -92,16 +76,150 @@ def read_table(source: Path | Traversable, subject: str) -> dict[str, Any]:
     except (OSError, ValueError) as error:
         cause = getattr(error, "strerror", None) or error
         raise InvalidInputError(
-            f"{subject} not readable: {cause}. Give the path of a TOML file."
+            f"{source} is not readable: {cause}. Give the path of a TOML file."
         ) from None
     try:
         return tomllib.loads(data.decode("utf-8-sig"))
     except UnicodeDecodeError:
-        raise InvalidInputError(f"{subject} not UTF-8. Save the file as UTF-8.") from None
+        raise InvalidInputError(f"{source} is not UTF-8. Save the file as UTF-8.") from None
     except (ValueError, RecursionError) as error:
         cause = str(error)
         cause = cause if len(cause) < 200 and cause.isprintable() else shown(cause)
-        raise InvalidInputError(f"{subject} not valid TOML: {cause}.") from None
+        raise InvalidInputError(f"{source} is not valid TOML: {cause}.") from None
+
+
+def read_toml(source: Path | Traversable, kind: type[T]) -> T:
+    """Read a TOML file as a `kind`, see `validated`.
+
+    Raises:
+        InvalidInputError: The file cannot be read, is not TOML, or is not of this kind.
+    """
+    return validated(read_table(source), kind, source.name)
+
+
+def validated(data: object, kind: type[T], label: str) -> T:
+    """The values of TOML or JSON as a `kind`: a dataclass, a pydantic model, a tuple of such.
+
+    Lists become tuples and tables become classes; nothing else is converted, and no key may be
+    unknown. Limits stand in the annotations, such as `Annotated[int, annotated_types.Ge(1)]`. A
+    `ValueError` of a `__post_init__` or a validator is reported with its place.
+
+    Args:
+        data: What was parsed from the file.
+        kind: What to make of it.
+        label: What errors call the data, such as the name of the file.
+
+    Raises:
+        InvalidInputError: The data is not of this kind.
+    """
+    from pydantic import ValidationError
+
+    adapter = _adapter(kind)
+    try:
+        text = json.dumps([data], default=str)  # TOML has dates
+        return adapter.validate_json(text, strict=True)[0]
+    except ValidationError as error:
+        raise InvalidInputError(_message(error, data, adapter, label)) from None
+    except (ValueError, RecursionError):
+        raise InvalidInputError(
+            f"{label}: it is nested too deeply, or has too long a number."
+        ) from None
+
+
+@cache
+def _adapter(kind: Any) -> TypeAdapter[Any]:
+    from pydantic import TypeAdapter
+
+    # Only from outside does a configuration reach a plain dataclass: hence the tuple.
+    alone: Any = GenericAlias(tuple, (kind,))
+    return TypeAdapter[Any](alone, config={"extra": "forbid", "allow_inf_nan": False})
+
+
+class _Place(NamedTuple):
+    """A place in the data: a table or list, a key in it or "", and the value's JSON schemas."""
+
+    table: str
+    key: str
+    schemas: Sequence[Mapping[str, Any]]
+    depth: int
+
+    def __str__(self) -> str:
+        return f"{self.table}, {self.key}" if self.key else self.table
+
+
+def _message(error: ValidationError, data: object, adapter: TypeAdapter[Any], label: str) -> str:
+    """One sentence on the error that says most: on an unknown key, or else the innermost."""
+    schema = adapter.json_schema()
+    errors = [(one, _place(one, data, schema, label)) for one in error.errors(include_url=False)]
+    first, place = max(errors, key=lambda pair: (_has_unknown_key(pair[0]), pair[1].depth))
+    kind, value, loc = first["type"], shown(first["input"]), first["loc"]
+    known = [
+        name
+        for one in place.schemas
+        for name in (*one.get("properties", ()), *_choices(one.get("propertyNames", one)))
+    ]
+    if kind in _MISSING_KEY:
+        return f"{place}: the key {loc[-1]!r} is missing."
+    if _has_unknown_key(first):
+        key = str(loc[-2] if loc[-1] == "[key]" else loc[-1])
+        return f"{place}: the key {shown(key)} is unknown; {nearest(key, known)}"
+    if kind == "literal_error":
+        return f"{place}: {value} is unknown; {nearest(str(first['input']), known)}"
+    if kind == "value_error":
+        return f"{place}: {first.get('ctx', {})['error']}"
+    subject = f"{place.table}: {place.key!r}" if place.key else place.table
+    kinds = [_MUST_BE[one["type"]] for one, at in errors if at == place and one["type"] in _MUST_BE]
+    if kinds:
+        return f"{subject} must be {' or '.join(dict.fromkeys(kinds))}, not {value}."
+    text = re.sub(r"^\w+ should", "must", first["msg"]).replace(" after validation", "")
+    text = text.replace("greater than or equal to", "at least")
+    text = text.replace("less than or equal to", "at most")
+    return f"{subject} {text}{'' if ', not ' in text else f', not {value}'}."
+
+
+def _has_unknown_key(error: ErrorDetails) -> bool:
+    return error["type"] in _UNKNOWN_KEY or "[key]" in error["loc"][-1:]
+
+
+def _choices(schema: Mapping[str, Any]) -> Sequence[Any]:
+    return schema.get("enum") or ([schema["const"]] if "const" in schema else [])
+
+
+def _place(error: ErrorDetails, data: Any, schema: Mapping[str, Any], label: str) -> _Place:
+    """Where an error is; the names of a union's members in its location are passed over."""
+    path, key, depth = error["loc"][1:], "", 0
+    if _has_unknown_key(error) or error["type"] in _MISSING_KEY:
+        path = path[: -2 if path[-1] == "[key]" else -1]
+    schemas = [*_resolved(schema["prefixItems"][0], schema)]
+    for part in path:
+        if isinstance(data, dict) and part in data:
+            label, key = f"{label}, {key}" if key else label, str(part)
+            data = cast("dict[str, Any]", data)[key]
+            others = [one.get("additionalProperties") for one in schemas]
+            inner = [one.get("properties", {}).get(key) for one in schemas] + others
+        elif isinstance(data, list) and isinstance(part, int):
+            data = cast("list[Any]", data)[part]
+            label, key = f"{label}, {key or 'entry'} {part + 1}", ""
+            name = cast("dict[str, Any]", data).get("name") if isinstance(data, dict) else None
+            label = f"{label} {shown(name)}" if isinstance(name, str) else label
+            inner = [one.get("items") for one in schemas]
+        else:
+            continue
+        depth += 1
+        schemas = [one for node in inner for one in _resolved(node, schema)]
+    return _Place(label, key, schemas, depth)
+
+
+def _resolved(node: Any, schema: Mapping[str, Any]) -> Iterator[Mapping[str, Any]]:
+    """The members of a JSON schema that is a union, and what its references refer to."""
+    if not isinstance(node, dict):
+        return
+    node = cast("dict[str, Any]", node)
+    if "$ref" in node:
+        node = schema["$defs"][node["$ref"].rpartition("/")[2]]
+    for member in node.get("anyOf", ()):
+        yield from _resolved(member, schema)
+    yield node
 
 
 class RepeatedKeyError(ValueError):
@@ -120,77 +238,73 @@ def parse_json(text: str | bytes) -> Any:
 
 
 def _once(pairs: list[tuple[str, object]]) -> dict[str, object]:
-    found = dict(pairs)
-    if len(found) < len(pairs):
+    table = dict(pairs)
+    if len(table) < len(pairs):
         names = [name for name, _ in pairs]
         twice = next(name for name in names if names.count(name) > 1)
         raise RepeatedKeyError(f"the key {shown(twice)} stands there twice. Remove one of them.")
-    return found
+    return table
+
+
+@dataclass(frozen=True, slots=True)
+class _Profiles:
+    profile: tuple[Profile, ...]
 
 
 def read_profiles(
     source: Path | Traversable,
-    examine: Callable[[Mapping[str, Any], str], None],
+    checks: Any = Mapping[str, Any],
     *,
     scenes: bool = False,
+    examine: Callable[[Mapping[str, Any], str], None] | None = None,
 ) -> tuple[Profile, ...]:
     """Read the tables `[[profile]]` of a TOML file.
 
     Args:
         source: The file.
-        examine: Refuses a check that is of no known form; its second argument says where it stands.
+        checks: The type of a check, such as `dict[Literal["has"], list[str]]`; see `validated`.
         scenes: Whether each profile names a `scene`.
+        examine: Refuses a check that is of no known form; its second argument says where it stands.
 
     Raises:
         InvalidInputError: The file cannot be read, or a profile is not of this form; the message
             names the file, the profile, the key, and the nearest key that is known.
     """
-    label = source.name
-    tables = read_table(source, f"The profiles {label} are")
-    refuse_unknown(tables, ("profile",), label)
-    rows = tables.get("profile")
-    if not is_list(rows, dict) or not rows:
-        raise InvalidInputError(f"{label}: there is no [[profile]] table. Add at least one.")
-    texts = ("name", "description", "scene") if scenes else ("name", "description")
-    profiles = tuple(
-        _profile(row, texts, examine, f"{label}, profile {n}") for n, row in enumerate(rows, 1)
-    )
-    seen: set[str] = set()
-    for profile in profiles:
-        if profile.name in seen:
-            raise InvalidInputError(
-                f"{label}: two profiles are named {shown(profile.name)}. Rename one."
-            )
-        seen.add(profile.name)
+    profiles = read_toml(source, _Profiles).profile
+    if not profiles:
+        raise InvalidInputError(f"{source.name}: there is no [[profile]] table. Add at least one.")
+    names = [profile.name for profile in profiles]
+    for n, profile in enumerate(profiles, 1):
+        label = f"{source.name}, profile {n} {shown(profile.name)}"
+        if names.index(profile.name) < n - 1:
+            raise InvalidInputError(f"{label}: another profile has the same name. Rename one.")
+        needed = ("name", "description", "replies", "checks", *(("scene",) if scenes else ()))
+        for key in needed:
+            if not getattr(profile, key):
+                raise InvalidInputError(f"{label}: {key!r} is missing or empty.")
+        if not scenes and profile.scene:
+            raise InvalidInputError(f"{label}: the key 'scene' is unknown here. Leave it out.")
+        texts = (profile.name, profile.description, *profile.replies, *profile.welcome)
+        if not all(text.strip() for text in texts):
+            raise InvalidInputError(f"{label}: a text is blank.")
+        for number, check in enumerate(profile.checks, 1):
+            validated(check, checks, f"{label}, check {number}")
+            if examine:
+                examine(check, f"{label}, check {number}")
     return profiles
 
 
-def _profile(
-    row: Mapping[str, Any],
-    texts: Sequence[str],
-    examine: Callable[[Mapping[str, Any], str], None],
-    label: str,
-) -> Profile:
-    name = row.get("name")
-    if isinstance(name, str):
-        label = f"{label} {shown(name)}"
-    keys = (*texts, "replies", "checks")
-    refuse_unknown(row, (*keys, "welcome"), label)
-    for key in keys:
-        if key not in row:
-            raise InvalidInputError(f"{label}: the key {key!r} is missing.")
-    for key in texts:
-        if not isinstance(row[key], str) or not row[key].strip():
-            raise InvalidInputError(f"{label}: {key!r} must be a text that is not empty.")
-    replies, checks = row["replies"], row["checks"]
-    if not is_list(replies, str) or not replies or not all(r.strip() for r in replies):
-        raise InvalidInputError(f"{label}: 'replies' must be a list of texts, none empty.")
-    if not is_list(checks, dict) or not checks:
-        raise InvalidInputError(f"{label}: 'checks' must be a list of tables.")
-    for number, check in enumerate(checks, 1):
-        examine(check, f"{label}, check {number}")
-    scene, welcome = row.get("scene", ""), row.get("welcome", [])
-    if not is_list(welcome, str) or not all(each.strip() for each in welcome):
-        raise InvalidInputError(f"{label}: 'welcome' must be a list of texts, none empty.")
-    texts = (row["name"], row["description"])
-    return Profile(*texts, tuple(replies), tuple(checks), scene, tuple(welcome))
+def refuse_unknown(table: Mapping[str, Any], known: Sequence[str], label: str) -> None:
+    """Refuse keys of `table` that are not `known`; `label` says where it stands."""
+    for key in table:
+        if key not in known:
+            raise InvalidInputError(
+                f"{label}: the key {shown(key)} is unknown; {nearest(key, known)}"
+            )
+
+
+def is_list(value: object, kind: type) -> bool:
+    """Whether `value` is a list of nothing but `kind`."""
+    return isinstance(value, list) and all(
+        isinstance(entry, kind) for entry in cast("list[object]", value)
+    )

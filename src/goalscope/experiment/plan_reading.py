@@ -39,7 +39,7 @@ def read_experiment(file: Path) -> Experiment:
         InvalidInputError: The file cannot be read, or has an unknown key or value; the message
             names the place and the nearest known one.
     """
-    table = read_table(file, f"The experiment {file} is")
+    table = read_table(file)
     label = file.name
     known = ("title", "source", "models", "mcq", "dialogues", "episodes", "judge")
     refuse_unknown(table, known, label)

@@ -128,7 +128,7 @@ def read_languages(path: Path) -> dict[str, Language]:
         InvalidInputError: The file or a domain's verbs are invalid.
     """
     found: dict[str, Language] = {}
-    for name, table in read_table(path, f"The domains {path} are").items():
+    for name, table in read_table(path).items():
         label = f"{path.name}, [{name}]"
         if not isinstance(table, dict):
             raise InvalidInputError(f"{label} must be a table with `task` and `verbs`.")

@@ -288,5 +288,5 @@ def _order(line: str, known: dict[str, Verb]) -> Order:
 def read_examples(package: str) -> tuple[Example, ...]:
     """The readings in a package's `data/examples.toml`, for a model that was not taught to read."""
     source = files(package) / "data" / "examples.toml"
-    rows = read_table(source, f"The examples of {package} are")["example"]
+    rows = read_table(source)["example"]
     return tuple(Example(row["message"], row["orders"], row.get("question", "")) for row in rows)

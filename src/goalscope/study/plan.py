@@ -73,7 +73,7 @@ def read_plan(file: Path) -> Plan:
         InvalidInputError: The file cannot be read, or has an unknown key or value; the message
             names the place and the nearest known one.
     """
-    return plan_of(read_table(file, f"The study {file} is"), file.name)
+    return plan_of(read_table(file), file.name)
 
 
 def plan_of(table: Mapping[str, Any], label: str) -> Plan:

@@ -52,7 +52,7 @@ def load_profiles(path: Path | str | None = None) -> tuple[Profile, ...]:
     source = (
         files("goalscope.envs.grocery") / "data" / "profiles.toml" if path is None else Path(path)
     )
-    return read_profiles(source, _examine)
+    return read_profiles(source, examine=_examine)
 
 
 def checks_met(

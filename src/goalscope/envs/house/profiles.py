@@ -46,7 +46,7 @@ def load_profiles(path: Path | str | None = None) -> tuple[Profile, ...]:
     source = (
         files("goalscope.envs.house") / "data" / "profiles.toml" if path is None else Path(path)
     )
-    profiles = read_profiles(source, _examine, scenes=True)
+    profiles = read_profiles(source, scenes=True, examine=_examine)
     for profile in profiles:
         if profile.welcome:
             _examine_types("welcome", [*profile.welcome], f"{source.name}, {shown(profile.name)}")

@@ -72,7 +72,7 @@ def read_room(source: Path | Traversable, *, label: str) -> Scene:
         InvalidInputError: The file cannot be read, or describes no possible room; the message
             names the file, the object, and the remedy.
     """
-    table = read_table(source, f"The room {label} is")
+    table = read_table(source)
     refuse_unknown(table, ("name", "size", "agent", "object"), label)
     name = table.get("name")
     if not isinstance(name, str) or not re.fullmatch(r"\w{1,60}", name, re.ASCII):
