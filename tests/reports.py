@@ -13,7 +13,7 @@ from goalscope.belief.belief import Belief
 from goalscope.belief.calibration import DEFAULT
 from goalscope.experiment.results import Results, cell_key
 from goalscope.report import read_report
-from goalscope.report.drawing import Figure
+from goalscope.report.figures import Figure
 from goalscope.storage.round_json import round_to_json
 
 pytest.importorskip("matplotlib")

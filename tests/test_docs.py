@@ -34,10 +34,11 @@ from goalscope.study.plan import read_plan
 
 ROOT = Path(__file__).parents[1]
 DOCS = ROOT / "docs"
+RESULTS = DOCS / "results.md"
 PAGES = [
     ROOT / "README.md",
     ROOT / "CONTRIBUTING.md",
-    *sorted({*DOCS.glob("*.md")} - {DOCS / "results.md"}),
+    *sorted({*DOCS.glob("*.md")} - {RESULTS}),
 ]
 ALONE = [page for page in PAGES if not (ROOT / "tests" / f"test_docs_{page.stem}.py").exists()]
 OF_OTHERS = {"--from", "--logits_all"}
@@ -295,12 +296,11 @@ def rounded(share: str, loss: str = "") -> str:
     )
 
 
-def last_turns(heading: str, page: str) -> dict[str, tuple[str, str]]:
-    """Accuracy and log-loss of each predictor in the table under a heading, at the last turn."""
-    found = re.search(rf"^## {heading}\n\n(.*?)\n\n", page, re.M | re.S)
-    assert found, heading
-    rows = map(cells, found[1].splitlines())
-    return {name: (share, loss) for name, _, _, share, _, loss, *_ in rows}
+def of_results(title: str) -> list[list[str]]:
+    """The rows of the table under a heading of docs/results.md."""
+    found = re.search(rf"^## {title}\n\n(.*?)\n\n", RESULTS.read_text("utf-8"), re.M | re.S)
+    assert found, title
+    return [[entry.strip() for entry in row.strip("|").split("|")] for row in found[1].splitlines()]
 
 
 @pytest.mark.parametrize("dialogues", ["TEACh", "MultiWOZ", "ALFRED", "Taskmaster-4", "CaSiNo"])
@@ -308,47 +308,49 @@ def test_the_figures_of_the_readme_are_those_of_the_results(dialogues: str) -> N
     readme = (ROOT / "README.md").read_text(encoding="utf-8")
     (row,) = (line for line in readme.splitlines() if re.match(rf"\| \d+ {dialogues} ", line))
     n, name = row.split()[1], dialogues.lower().replace("-", "")
-    page = (DOCS / "results" / f"{name}.md").read_text(encoding="utf-8")
-    goals = rf"{cells(row)[1]} \w+ goals each, SmolLM2-135M-Instruct"
-    ours, without = (
-        last_turns(
-            f"Goals inferred from dialogues: {name}, [^\n]* {goals}{mark}, {n} dialogues", page
-        )
-        for mark in ("", " without adapter")
+    model = "SmolLM2-135M-Instruct"
+    beliefs = {
+        row[2]: cells(" | ".join(row[4:6]))
+        for row in of_results("Beliefs about what people wanted")
+        if row[1].startswith(name) and row[3] == n
+    }
+    of = rf"{name}, .*{cells(row)[1]} \w+ goals each, {model}, {n} dialogues"
+    (others,) = (
+        cells(" | ".join(row))
+        for row in of_results("Simpler ways to infer goals, on the same dialogues")
+        if re.fullmatch(of, row[1])
     )
-    figures = [ours["goalscope"], without["goalscope"], ours["TF-IDF"], ours["embedding"]]
+    figures = [beliefs[model], beliefs[f"{model} without adapter"], others[3:5], others[7:9]]
     assert cells(row)[2:] == [rounded(*each) for each in figures]
 
 
 def test_differences_in_the_readme_are_those_of_the_results() -> None:
     """In the order of README, which tells GOOD minus No Goals in six settings."""
-    page = (DOCS / "results/aims.md").read_text(encoding="utf-8")
-    writer = "qwen2.5-coder-1.5b-instruct-q4\\_k\\_m + "
+    written = ", qwen2.5-coder-1.5b-instruct-q4\\_k\\_m, propose paper, prompted all"
     settings = [
-        ("grocery, aims\\_grocery", "", ""),
-        ("grocery, aims\\_test", "", ""),
-        ("house, aims\\_house", "", ""),
-        ("grocery, aims\\_test", writer, ", propose paper, prompted all"),
-        ("grocery, aims\\_test", "", ", prompted plan"),
-        ("house, aims\\_house", "", ", prompted plan"),
+        "grocery, aims\\_grocery",
+        "grocery, aims\\_test",
+        "house, aims\\_house",
+        f"grocery, aims\\_test{written}",
+        "grocery, aims\\_test, prompted plan",
+        "house, aims\\_house, prompted plan",
     ]
-    measured: list[tuple[str, ...]] = []
-    for people, model, rest in settings:
-        title = f"{people}, scripted human, {model}SmolLM2-135M-Instruct{rest}\n"
-        table = page.partition(f"## Episodes, differences: {title}")[2].partition("##")[0]
-        measured += re.findall(r"good minus no-goals \| \d+ \| (\S+) % (\[\S+ \S+\])", table)
+    measured = {
+        row[1]: tuple(row[5].split(" % "))
+        for row in of_results("Episodes: differences between the methods")
+        if row[3] == "good minus no-goals"
+    }
     readme = (ROOT / "README.md").read_text(encoding="utf-8").partition("### How often")[0]
-    assert re.findall(r"(\S+) points\s+(\[-?\d+\.\d, \d+\.\d\])", readme) == measured
-    assert len(measured) == len(settings)
+    told = re.findall(r"(\S+) points\s+(\[-?\d+\.\d, \d+\.\d\])", readme)
+    assert told == [measured[setting] for setting in settings]
 
 
 def test_limits_name_the_sets_on_which_the_papers_belief_has_the_lower_log_loss() -> None:
-    text = (DOCS / "results.md").read_text(encoding="utf-8").partition("## Episodes")[0]
     names = ("ALFRED", "CaSiNo", "MultiWOZ", "Taskmaster-4", "TEACh")
     keys = {name.lower().replace("-", ""): name for name in names}
     lower: dict[str, dict[str, str]] = {"": {}, " + without-": {}, " without adapter": {}}
-    for row in map(cells, re.findall(r"^\| \[beliefs\].*$", text, re.M)):
-        _, dialogues, model, _, _, loss, papers, *_ = row
+    for _, dialogues, model, _, _, *figures in of_results("Beliefs about what people wanted")[2:]:
+        loss, papers = cells(" | ".join(figures[:2]))
         if Decimal(papers) < Decimal(loss):
             name = keys[dialogues.partition(",")[0]]
             kind = re.sub("(?<=without-).*", "", model.removeprefix("SmolLM2-135M-Instruct"))

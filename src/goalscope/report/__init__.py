@@ -1,8 +1,7 @@
-"""Reports: results as Markdown pages with figures, and tables as CSV."""
+"""Reports: results as Markdown pages with figures (SVG), and tables as CSV."""
 
 from __future__ import annotations
 
-import re
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -18,11 +17,10 @@ __all__ = ["Report", "Section", "read_report", "write_report"]
 INTRODUCTION = (
     "Beliefs, actions and outcomes of agents that infer people's goals. `goalscope report` "
     "computes every figure from cells that were each measured once. Brackets show 95 % "
-    "intervals. Each part has a page with all its tables and figures, and hashes of the code, the "
-    "prompts and the model weights. Its command gives the same figures again on the same machine. "
-    "On another machine, weights of another type may run fastest (`goalscope doctor` tells which); "
-    "they move the log-likelihood of an utterance by some tenths of a nat, and the accuracy of 60 "
-    "dialogues by a few points."
+    "intervals. It also writes a page for each part, with all tables and figures, and hashes of "
+    "the code, the prompts and the model weights. The command of a part gives the same figures "
+    "again on the same machine. Other weights or another processor move the log-likelihood of an "
+    "utterance by some tenths of a nat, and the accuracy of 60 dialogues by a few points."
 )
 HEADLINES = ("accuracy", "ablation")
 """Figures that the summary shows; their captions are on the pages of their parts."""
@@ -93,12 +91,7 @@ def write_report(report: Report, file: Path) -> None:
     parts = ["# Results", INTRODUCTION]
     parts += [f"Left out: {markdown_text(why)}" for why in report.skipped]
     tables = [table.to_markdown().strip() for table in report.summary]
-    text = "\n\n".join([*parts, *tables[:-1], *headlines, tables[-1]])
-    for section in report.sections:
-        name = markdown_text(section.name)
-        link = f"| [{name}]({quote(folder.name)}/{quote(section.name)}.md) |"
-        text = re.sub(rf"^\| {re.escape(name)} \|", lambda _, link=link: link, text, flags=re.M)
-    _write(file, f"{text}\n")
+    _write(file, "\n\n".join([*parts, *tables[:-1], *headlines, tables[-1]]) + "\n")
 
 
 def _page(section: Section, figures: Sequence[str], back: str) -> str:

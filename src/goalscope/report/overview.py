@@ -4,84 +4,125 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 from goalscope.experiment.beliefs import EQ1, TURN
 from goalscope.experiment.episodes import METHODS
-from goalscope.experiment.predictors import GOALSCOPE
+from goalscope.experiment.predictors import GOALSCOPE, SIMILARITIES
 from goalscope.experiment.summary import Entry, Row, Table, few_notes, without_shared
 from goalscope.report.sections import Section
 
-__all__ = ["summary_of"]
+PROMPTS = ("question", "question and choices", None)
 
-_Kind = tuple[str, str, str, tuple[str, ...], Callable[[Sequence[Row]], Sequence[Row]], str]
 
-_LOSS = f"{EQ1}: log-loss"
-_MEASURES = ("score", "unwanted")
-_PROMPTS = ("question", "question and choices", None)
+@dataclass(frozen=True, slots=True)
+class _Kind:
+    """A kind of tables, and what the summary shows of them.
+
+    Attributes:
+        name: For files.
+        title: Title of the summary's table.
+        pattern: Regular expression of the tables' names.
+        columns: The columns to show; "of" is what a table's title says after the colon.
+        note: How to read it.
+        rows: Chooses or makes the rows to show.
+    """
+
+    name: str
+    title: str
+    pattern: str
+    columns: tuple[str, ...]
+    note: str
+    rows: Callable[[Sequence[Row]], Sequence[Row]] = lambda rows: rows
 
 
 def _one_belief(rows: Sequence[Row]) -> list[Row]:
     """The rows of goalscope's belief, with the log-loss of the paper's, which comes before it."""
-    found: list[Row] = []
+    shown: list[Row] = []
     paper: Entry = None
     for row in rows:
         if row["belief"] == EQ1:
             paper = row["log-loss"]
         elif row["belief"] == GOALSCOPE:
-            found.append({**row, _LOSS: paper})
-    return found
+            shown.append({**row, f"{EQ1}: log-loss": paper})
+    return shown
+
+
+def _similarities(rows: Sequence[Row]) -> list[Row]:
+    """One row with what the simpler predictors reach after the last turn."""
+    last = [row for row in rows if row["turn"] == rows[-1]["turn"]]
+    entries = {
+        f"{row['predictor']}: {key}": row[key]
+        for row in last
+        if row["predictor"] in SIMILARITIES
+        for key in ("top-1", "log-loss")
+    }
+    return [{"n": last[0]["n"], **entries}] if entries else []
 
 
 def _side_by_side(rows: Sequence[Row]) -> list[Row]:
     """One row with the scores of all methods, and then what was unwanted."""
     people = [*dict.fromkeys(row["profiles"] for row in rows)]
-    entries = {f"{row['method']}, {key}": row.get(key) for key in _MEASURES for row in rows}
-    number = people[0] if len(people) == 1 else " or ".join(map(str, people))
-    return [{"people": number, **entries}]
+    entries = {
+        f"{row['method']}, {key}": row.get(key) for key in ("score", "unwanted") for row in rows
+    }
+    return [{"people": people[0] if len(people) == 1 else " or ".join(map(str, people)), **entries}]
 
 
-_KINDS: tuple[_Kind, ...] = (
-    # name, title, names of its tables, columns, rows that are shown, note
-    (
+KINDS = (
+    _Kind(
         "beliefs",
         "Beliefs about what people wanted",
         "beliefs",
         (
-            *("dialogues", "model", "n", "top-1", "log-loss", _LOSS, "ECE"),
+            *("dialogues", "model", "n", "top-1", "log-loss", f"{EQ1}: log-loss", "ECE"),
             f"AUROC by turn {TURN}",
         ),
-        _one_belief,
         "Top-1, log-loss (nats) and calibration error (ECE) after the last turn, among the goals "
         f"alone: Unspecified may lead all the same. {EQ1}: the paper's belief. AUROC: how well "
         "Unspecified signals that the true goal is not among the goals. Where n differs, the page "
         "of a part compares models on the same dialogues.",
+        _one_belief,
     ),
-    (
+    _Kind(
+        "similarities",
+        "Simpler ways to infer goals, on the same dialogues",
+        "dialogues-.*",
+        ("of", "n", *(f"{way}: {key}" for way in SIMILARITIES for key in ("top-1", "log-loss"))),
+        "Similarity of the words to each goal, after the last turn.",
+        _similarities,
+    ),
+    _Kind(
         "episodes",
         "Episodes: is what was wanted done in the end?",
         r"episodes-.*-methods",
-        ("of", "people", *(f"{method}, {key}" for key in _MEASURES for method in METHODS)),
-        _side_by_side,
+        ("of", "people", *(f"{way}, {key}" for key in ("score", "unwanted") for way in METHODS)),
         "Score: share of the person's conditions that hold in the end, a mean over people. "
         "Unwanted: number of things that the person neither asked for nor would welcome.",
+        _side_by_side,
     ),
-    (
+    _Kind(
+        "differences",
+        "Episodes: differences between the methods",
+        r"episodes-.*-differences",
+        ("of", "measure", "methods", "profiles", "difference", "p"),
+        "In percentage points, paired by person. p: two-sided, from a sign-flip permutation test.",
+    ),
+    _Kind(
         "mcq",
         "Questions: which choice did the person take?",
         "mcq",
         ("model", "prompt", "n", "accuracy", "log-loss"),
-        lambda rows: [
-            row for row in rows if row["Unspecified"] == "without" and row["prompt"] in _PROMPTS
-        ],
         "Unspecified is not among the goals. The paper's prompt is the question and choices.",
+        lambda rows: [
+            row for row in rows if row["Unspecified"] == "without" and row["prompt"] in PROMPTS
+        ],
     ),
-    (
+    _Kind(
         "changes",
         "Changes of mind: how soon is the new goal the likeliest?",
         r"changes-.*",
         ("belief", "n", "followed within 1", "followed within 2", "followed within 3"),
-        lambda rows: rows,
         "Followed within k rounds: the second goal was the likeliest after at least one of them.",
     ),
 )
@@ -93,52 +134,39 @@ def summary_of(sections: Sequence[Section]) -> list[Table]:
     The first column names the part of a row. If cells of a part are missing, the last column shows
     how many there are.
     """
-    tables = [_table(sections, *kind) for kind in _KINDS]
+    tables = [table for kind in KINDS if (table := _table(sections, kind)).rows]
     codes = {code for section in sections for code in section.codes}
     versions = f"{len(codes)} versions" if len(codes) != 1 else "one version"
     note = f"Measured with {versions} of the code, named by how their hashes begin."
     rows: list[Row] = [
         {
-            "part": each.name,
-            "title": each.title,
-            "command": " or ".join(each.commands) or None,
-            "cells measured": f"{each.done:,} of {each.planned:,}" if each.planned else None,
-            "code": ", ".join(code[:6] for code in each.codes) or None,
+            "part": section.name,
+            "title": section.title,
+            "command": " or ".join(section.commands) or None,
+            "cells measured": f"{section.done:,} of {section.planned:,}"
+            if section.planned
+            else None,
+            "code": ", ".join(code[:6] for code in section.codes) or None,
         }
-        for each in sections
+        for section in sections
     ]
-    parts = Table("summary-parts", "All parts", rows, (note,) if codes else ())
-    return [*(table for table in tables if table.rows), parts]
+    return [*tables, Table("summary-parts", "All parts", rows, (note,) if codes else ())]
 
 
-def _table(
-    sections: Sequence[Section],
-    name: str,
-    title: str,
-    pattern: str,
-    columns: tuple[str, ...],
-    shown: Callable[[Sequence[Row]], Sequence[Row]],
-    note: str,
-) -> Table:
+def _table(sections: Sequence[Section], kind: _Kind) -> Table:
     rows: list[Row] = []
     for section in sections:
+        progress: Row = {}
+        if section.done < section.planned:
+            progress = {"cells so far": f"{section.done:,} of {section.planned:,}"}
         for table in section.tables:
-            if re.fullmatch(pattern, table.name) and not table.name.endswith("-first-attempts"):
-                of: Row = {"of": table.title.partition(": ")[2]}
-                for row in shown(table.rows):
-                    found = {**of, **row}
-                    line: dict[str, Entry] = {"part": section.name}
-                    line |= {column: found[column] for column in columns if column in found}
-                    if section.done < section.planned:
-                        line["cells so far"] = f"{section.done:,} of {section.planned:,}"
-                    rows.append(line)
-    table = Table(f"summary-{name}", title, _shorter(rows), (note,))
+            if re.fullmatch(kind.pattern, table.name):
+                for row in kind.rows(table.rows):
+                    known: Row = {"of": table.title.partition(": ")[2], **row}
+                    shown = {name: known[name] for name in kind.columns if name in known}
+                    rows.append({"part": section.name, **shown, **progress})
+    if rows and all("of" in row for row in rows):
+        labels = without_shared([str(row["of"]) for row in rows])
+        rows = [{**row, "of": label} for row, label in zip(rows, labels, strict=True)]
+    table = Table(f"summary-{kind.name}", kind.title, rows, (kind.note,))
     return replace(table, notes=(*table.notes, *few_notes(table)))
-
-
-def _shorter(rows: Sequence[Row]) -> list[Row]:
-    """The rows with what distinguishes their "of"."""
-    if not all("of" in row for row in rows):
-        return [*rows]
-    of = without_shared([str(row["of"]) for row in rows])
-    return [{**row, "of": each} for row, each in zip(rows, of, strict=True)]

@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 from collections import Counter
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import cast
 
@@ -15,14 +15,11 @@ from goalscope.experiment.beliefs import belief_table
 from goalscope.experiment.episodes import DEFAULTS
 from goalscope.experiment.results import Cell, Results
 from goalscope.experiment.summary import Row, Table, percent, slug
-from goalscope.experiment.tables import first_attempts, tables_of, warnings_of
+from goalscope.experiment.tables import tables_of, warnings_of
 from goalscope.models.opening import model_label
-from goalscope.report.drawing import Figure
-from goalscope.report.figures import figures_of
+from goalscope.report.figures import Figure, figures_of
 from goalscope.study.store import StudyStore
 from goalscope.study.summary import study_tables
-
-__all__ = ["Section", "sections_of", "unique"]
 
 SHOWN = 5
 """Maximum number of different errors to list."""
@@ -35,11 +32,11 @@ class Section:
     Attributes:
         name: Name for files and references.
         title: Title of the experiment.
+        tables: The number of cells, then their results.
+        figures: In the order of the page.
         commands: The commands that made it; empty if unknown.
         facts: What it was made with, one line each.
         warnings: Warnings about its figures, one sentence each.
-        tables: The number of cells, then their results.
-        figures: In the order of the page.
         codes: Hashes of the code that measured its cells.
         done: Number of cells with results.
         planned: Number of all cells.
@@ -47,11 +44,11 @@ class Section:
 
     name: str
     title: str
-    commands: Sequence[str]
-    facts: Sequence[str]
-    warnings: Sequence[str]
     tables: Sequence[Table]
-    figures: Sequence[Figure]
+    figures: Sequence[Figure] = ()
+    commands: Sequence[str] = ()
+    facts: Sequence[str] = ()
+    warnings: Sequence[str] = ()
     codes: Sequence[str] = ()
     done: int = 0
     planned: int = 0
@@ -77,26 +74,24 @@ def sections_of(source: Path, *, draw: bool = True) -> tuple[list[Section], list
         raise InvalidInputError(
             f"There is no {source}. Name a folder of results, or one of its files."
         )
-    alone = not source.is_dir()
-    files = [source] if alone else sorted(source.glob("*.db"))
     sections: list[Section] = []
     skipped: list[str] = []
     dialogues: list[Cell] = []
     taken = {"summary"}
-    for file in files:
+    for file in sorted(source.glob("*.db")) if source.is_dir() else [source]:
         try:
             with Results.in_memory(file) as results:
                 section = _section(results, file.stem, taken, draw)
                 asked = results.asked_for()
-                dialogues += [cell for cell in asked if cell.spec.get("kind") == "dialogue"]
         except GoalscopeError as error:
-            if alone:
+            if not source.is_dir():
                 raise
             skipped.append(str(error))
         except (AttributeError, LookupError, TypeError, ValueError) as error:
             skipped.append(f"{file} has cells of an unknown form: {error!r}.")
         else:
             sections += [section] if section else []
+            dialogues += [cell for cell in asked if cell.spec.get("kind") == "dialogue"]
     if not sections:
         why = f" {skipped[0]}" if skipped else ""
         raise InvalidInputError(
@@ -105,47 +100,51 @@ def sections_of(source: Path, *, draw: bool = True) -> tuple[list[Section], list
         )
     beliefs = belief_table((cell.spec, cell.result) for cell in dialogues if cell.result)
     if beliefs.rows:
-        name, command = unique("beliefs", taken), f"goalscope report {source.name}"
         title = "Beliefs before and after, in all parts with dialogues"
-        sections.insert(0, _of_cells(name, title, [command], dialogues, [beliefs]))
+        command = f"goalscope report {source.name}"
+        name = unique("beliefs", taken)
+        sections.insert(0, _measured(Section(name, title, [beliefs], (), [command]), dialogues))
     return sections, skipped
 
 
 def _section(results: Results, stem: str, taken: set[str], draw: bool) -> Section | None:
-    about = results.about
+    about, cells = results.about, results.asked_for()
     name = str(about.get("name") or stem)
-    tables = [
+    studies = [
         table for study in StudyStore(results).all() for table in study_tables(results, study)
     ]
-    if not (cells := results.asked_for()):
+    if not cells:
         episodes = _episodes(results)
-        if not episodes.rows:
-            return None
-        return Section(unique(slug(name), taken), stem, (), (), (), [episodes, *tables], ())
-    tables = [*tables_of(cells), *first_attempts(cells), *tables]
-    title, source = str(about.get("title") or name), str(about.get("source", ""))
-    commands = results.commands(cells)
-    figures = tuple(figures_of(cells)) if draw else ()
-    return _of_cells(unique(slug(name), taken), title, commands, cells, tables, figures, source)
+        return (
+            Section(unique(slug(name), taken), stem, [episodes, *studies])
+            if episodes.rows
+            else None
+        )
+    source = about.get("source")
+    section = Section(
+        unique(slug(name), taken),
+        str(about.get("title") or name),
+        [*tables_of(cells), *studies],
+        tuple(figures_of(cells)) if draw else (),
+        results.commands(cells),
+        [f"source in the paper: {source}"] if source else [],
+    )
+    return _measured(section, cells)
 
 
-def _of_cells(
-    name: str,
-    title: str,
-    commands: Sequence[str],
-    cells: Sequence[Cell],
-    tables: Sequence[Table],
-    figures: Sequence[Figure] = (),
-    source: str = "",
-) -> Section:
+def _measured(section: Section, cells: Sequence[Cell]) -> Section:
+    """The section, with what is known about the cells that it is computed from."""
     done = [cell for cell in cells if cell.result is not None]
     codes = dict.fromkeys((cell.identity or {}).get("code", "") for cell in done)
-    facts = [f"source in the paper: {source}"] * bool(source) + [*_facts(done)]
-    counted_first = [_progress(cells), *tables]
-    return Section(
-        name, title, commands, facts, [*_warnings(cells)], counted_first, figures,
-        [*filter(None, codes)], len(done), len(cells),
-    )  # fmt: skip
+    return replace(
+        section,
+        tables=[_progress(cells), *section.tables],
+        facts=[*section.facts, *_facts(done)],
+        warnings=[*_warnings(cells)],
+        codes=[*filter(None, codes)],
+        done=len(done),
+        planned=len(cells),
+    )
 
 
 def _episodes(results: Results) -> Table:
