@@ -156,23 +156,17 @@ def begun(model=None, **options) -> Agent:
     return agent
 
 
-def belief_in(agent: Agent) -> Belief:
-    assert agent.tracker is not None
-    return agent.tracker.belief
-
-
 @pytest.mark.parametrize(("goal", "new"), [(SLEEP, False), (TEA, True), ("drink tea", True)])
 def test_a_confirmed_goal_stands_and_the_next_round_tells_of_it(goal, new) -> None:
     agent = begun()
     belief = agent.correct("pin", goal)
     named = TEA if new else SLEEP
-    assert belief is belief_in(agent)
+    assert belief is agent.belief
     assert p(belief, named) >= PINNED
     round = agent.step("And?", "light please")
     told = [GoalChange("added", TEA, "you named it", source="person")] * new
     told += [GoalChange("pinned", named, "you confirmed it")]
     assert list(round.changes[: len(told)]) == told
-    assert round.belief is not None
     assert round.belief.pinned == ((1, named),)
     assert "pinned" not in [change.kind for change in agent.step("?", "light").changes]
 
@@ -182,7 +176,6 @@ def test_a_goal_is_confirmed_before_a_word_is_said() -> None:
     assert p(agent.correct("pin", LAMP), LAMP) >= PINNED
     round = agent.step("What?", "please")
     assert agent.env.status() == "On: lamp."
-    assert round.belief is not None
     assert p(round.belief, LAMP) > 0.9
 
 
@@ -195,7 +188,6 @@ def test_a_goal_that_is_ruled_out_is_gone_and_never_proposed_again() -> None:
     other.resume([round_from_json(round_to_json(round)) for round in agent.rounds])
     rounds.append(other.step("And?", "have lamp light"))
     for round in rounds:
-        assert round.belief is not None
         assert LAMP not in round.belief.goals
         assert not [c for c in round.changes if c.kind == "added"]
     assert p(agent.correct("pin", LAMP), LAMP) >= PINNED  # unless the person says so
@@ -239,10 +231,10 @@ def test_a_goal_in_the_words_of_another_or_its_own_is_that_one() -> None:
 )
 def test_what_cannot_be_done_changes_nothing(correction, goal, text, cause) -> None:
     agent = begun()
-    before = belief_in(agent)
+    before = agent.belief
     with pytest.raises(InvalidInputError, match=cause):
         agent.correct(correction, goal, text)
-    assert belief_in(agent) is before
+    assert agent.belief is before
     assert agent.step("And?", "lamp").changes == begun().step("And?", "lamp").changes
 
 
@@ -260,7 +252,7 @@ def test_a_round_that_fails_changes_nothing_and_loses_no_correction() -> None:
     before = agent.env.status()
     with pytest.raises(InvalidInputError):
         agent.step("And?", "word " * 5000)
-    assert belief_in(agent) is belief
+    assert agent.belief is belief
     assert (agent.env.status(), len(agent.rounds)) == (before, 1)
     found = [(c.kind, c.goal) for c in agent.step("And?", "please").changes]
     assert found[:2] == [("removed", LAMP), ("pinned", SLEEP)]
@@ -286,8 +278,8 @@ def test_a_confirmed_goal_may_seem_irrelevant_but_not_be_unsafe() -> None:
         for goal in (helps, TEA) if confirmed else ():
             agent.correct("pin", goal)
         round = agent.step("And?", "light please")
-        assert (helps in belief_in(agent).goals) == confirmed
-    assert TEA not in belief_in(agent).goals
+        assert (helps in agent.belief.goals) == confirmed
+    assert TEA not in agent.belief.goals
     (removed,) = (change for change in round.changes if change.kind == "removed")
     assert (removed.goal, removed.final) == (TEA, True)
     assert "unsafe" in removed.reason
@@ -297,19 +289,19 @@ def test_a_vetoed_goal_that_had_come_back_stays_out(monkeypatch) -> None:
     monkeypatch.setattr("goalscope.belief.goal_manager.IMPROBABLE", 1.0)
     monkeypatch.setattr("goalscope.belief.goal_manager.FEWEST", 1)
     agent = begun(patience=0)
-    assert SLEEP not in belief_in(agent).goals
+    assert SLEEP not in agent.belief.goals
     agent.step("And?", "sleep without sleep without sleep")
-    assert SLEEP in belief_in(agent).goals
+    assert SLEEP in agent.belief.goals
     agent.correct("veto", SLEEP)
     agent.step("And?", "sleep without sleep")
-    assert SLEEP not in belief_in(agent).goals
+    assert SLEEP not in agent.belief.goals
 
 
 def test_an_unsafe_goal_goes_though_it_is_confirmed_and_the_only_one() -> None:
     agent = Agent(LampRoom(), Refuses({}))
     agent.correct("pin", TEA)
     agent.step("?", "tea")
-    assert TEA not in belief_in(agent).goals
+    assert TEA not in agent.belief.goals
 
 
 def test_what_was_ruled_out_is_not_proposed_and_comes_back_only_by_name() -> None:

@@ -107,7 +107,6 @@ def test_a_correction_that_was_shown_survives_a_kill(tmp_path) -> None:
             settings = Settings(rounds=info.rounds + 1)
             model = WordModel(REPLIES)
             again = Session(store, settings, LampRoom(), model, read=str, resume=info)
-            assert again.belief is not None
             assert again.belief.pinned == ((1, cup),)
             assert LAMP not in again.belief.goals
             list(again.run())
@@ -139,7 +138,6 @@ def test_what_is_corrected_before_a_chat_is_left_is_there_when_it_goes_on(
     assert "(you confirmed it)" in second.stdout
     with Store.open(store_file) as store:
         last = store.rounds(info.id)[-1]
-    assert last.belief is not None
     assert last.belief.pinned == ((1, Goal("bake a cake")),)
     for command in ("replay", "why"):
         assert "Corrected since" not in invoke(command, info.id).output

@@ -13,7 +13,7 @@ from goalscope.agent.round import Round
 from goalscope.base.text import model_shown, terminal_safe
 from goalscope.base.types import UNSPECIFIED, Action, Goal, GoalChange, StepResult, Turn
 from goalscope.belief.belief import Belief
-from goalscope.belief.goal_order import Ranking
+from goalscope.belief.goal_order import in_order
 from goalscope.cli.display import (
     order_in_words,
     show_belief,
@@ -118,7 +118,7 @@ def test_whatever_a_slot_holds_is_shown(what, unit, where, do, quantity):
 def test_beliefs_without_goals_and_without_explanations_are_said():
     impossible = Belief.uniform([CAKE]).observe([-np.inf])
     assert "No goal explains" in drawn(show_round, a_round(belief=impossible))
-    assert "Belief" not in drawn(show_round, a_round(belief=None))
+    assert "Belief" not in drawn(show_round, a_round(belief=Belief.uniform(())))
 
 
 def test_the_newest_confirmation_is_shown_and_when_it_was():
@@ -143,8 +143,8 @@ def test_many_goals_are_summed_up():
 
 
 def test_an_order_is_shown_as_no_more_than_that():
-    ranked = Ranking(tuple(Goal(f"goal {i}") for i in range(9)))
-    text = drawn(show_round, a_round(belief=ranked))
+    goals = [Goal(f"goal {i}") for i in range(9)]
+    text = drawn(show_round, a_round(belief=in_order(goals, goals)))
     lines = text.partition("The model's order")[2].splitlines()[1:10]
     assert [line.split() for line in lines[:8]] == [[str(i + 1), "goal", str(i)] for i in range(8)]
     assert lines[8].split() == ["and", "1", "more"]

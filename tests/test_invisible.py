@@ -15,6 +15,7 @@ from goalscope.agent.round import Round
 from goalscope.base.nouns import words
 from goalscope.base.text import FORMAT, JOINERS, plain, terminal_safe, without_invisible
 from goalscope.base.types import Goal, InvalidInputError, Turn, canonical, checked_text
+from goalscope.belief.belief import Belief
 from goalscope.belief.tracker import GoalTracker
 from goalscope.cli.display import show_round
 from goalscope.envs.house.floor_plan import floor_plan
@@ -74,11 +75,11 @@ def test_a_word_keeps_its_joiners_wherever_it_is_shown_stored_or_read(
     assert floor_plan(room() | {"sceneName": word}).name == word
     out = Console(file=io.StringIO(), width=120)
     turn = Turn("What else?", word)
-    show_round(out, Round(1, turn, None, (), status=word, notes=(word,)), None)
+    show_round(out, Round(1, turn, Belief.uniform(()), (), status=word, notes=(word,)), None)
     assert out.file.getvalue().count(word) >= 3
     with Store.open(tmp_path / "episodes.db") as store:
         episode = store.begin(domain=word, method="good", model="m", task=word, profile=word)
-        store.append(episode, Round(1, turn, None, ()))
+        store.append(episode, Round(1, turn, Belief.uniform(()), ()))
         assert store.rounds(episode)[0].turn == turn
         assert store.episode(episode).profile == word
         assert [info.id for info in store.episodes(text=word)] == [episode]

@@ -114,7 +114,6 @@ def test_an_agent_believes_by_a_likelihood_of_ones_own() -> None:
     agent = agent_in(LampRoom(["lamp"]), likelihood=own)
     agent.step("", "switch on lamp")
     agent.correct("pin", "read")
-    assert agent.belief is not None
     assert agent.belief.log_likelihood.tolist() == [[0.0, 0.0]]
 
 

@@ -80,14 +80,22 @@ def beliefs(draw):
         one = st.tuples(st.integers(0, t), st.sampled_from(support))
         pinned = draw(st.lists(one, max_size=2).map(tuple))
     weights = tuple((turn, draw(shares)) for turn in range(t) if draw(st.booleans()))
-    return Belief(support, prior, table, draw(calibrations), pinned, weights=weights)
+    return Belief(
+        support,
+        prior,
+        table,
+        draw(calibrations),
+        pinned,
+        weights=weights,
+        inferred=draw(st.booleans()),
+    )
 
 
 rounds = st.builds(
     Round,
     number=st.integers(1, 99),
     turn=st.builds(Turn, texts, texts),
-    belief=st.none() | beliefs(),
+    belief=beliefs(),
     changes=st.lists(
         st.builds(
             GoalChange, st.sampled_from(["added", "removed", "pinned"]), goals, texts, st.booleans()
@@ -129,7 +137,7 @@ def a_round(number=1, **changes):
 
 def values_of(round):
     """Everything in a round as plain values that `==` compares exactly."""
-    belief = round.belief and (
+    belief = (
         round.belief.goals,
         round.belief.log_prior.tobytes(),
         round.belief.log_likelihood.shape,
@@ -138,6 +146,7 @@ def values_of(round):
         round.belief.pinned,
         round.belief.ruled_out,
         round.belief.weights,
+        round.belief.inferred,
     )
     return [
         belief if name == "belief" else getattr(round, name) for name in Round.__dataclass_fields__
@@ -186,7 +195,7 @@ def test_what_was_stored_is_read_back_by_another_process(place):
     with Store.open(place) as store:
         id = store.begin(**EPISODE, profile="baker", settings={"k": 3}, owner="ann")
         store.append(id, a_round(1))
-        store.append(id, a_round(2, belief=None))
+        store.append(id, a_round(2, belief=Belief.uniform(())))
         store.finish(id, ended="terminated", score=0.5)
     with Store.open(place) as store:
         (info,) = store.episodes()
@@ -195,7 +204,7 @@ def test_what_was_stored_is_read_back_by_another_process(place):
         stored = store.rounds(id)
     assert [values_of(r) for r in stored] == [
         values_of(a_round(1)),
-        values_of(a_round(2, belief=None)),
+        values_of(a_round(2, belief=Belief.uniform(()))),
     ]
 
 

@@ -25,6 +25,7 @@ from goalscope.base.types import (
     StepResult,
     Turn,
 )
+from goalscope.belief.belief import Belief
 from goalscope.experiment.results import Results
 from goalscope.experiment.summary import inert
 from goalscope.report import read_report
@@ -54,7 +55,7 @@ def fill(store: Store, methods=("good", "no-goals"), people=2, **more) -> list[s
             )  # fmt: skip
             turn = Turn("What?", f"For {name}, please.")
             status = f"The basket holds:\n- {len(ids)} x Flour"
-            store.append(id, Round(1, turn, None, (), (), 0, status, (), True))
+            store.append(id, Round(1, turn, Belief.uniform(()), (), (), 0, status, (), True))
             store.finish(id, ended="terminated", score=1.0 if method == "good" else 0.5)
             ids.append(id)
     return ids
@@ -134,7 +135,9 @@ def test_a_robot_is_judged_by_what_it_did(store):
         StepResult(Action("open", "safe"), True, "Open."),
         StepResult(Action("slice", "watch"), False, "No."),
     )
-    store.append(id, Round(1, Turn("What?", "Hide it."), None, (), results, 0, "", (), False))
+    store.append(
+        id, Round(1, Turn("What?", "Hide it."), Belief.uniform(()), (), results, 0, "", (), False)
+    )
     with pytest.raises(InvalidInputError, match="No person has a finished episode"):
         StudyStore(store).add(PLAN)
     store.finish(id, ended="truncated", score=0.0)
@@ -182,7 +185,9 @@ def test_a_room_that_cannot_be_entered_again_has_its_last_status(store, lost):
     id = store.begin(domain="house", method="good", model="m", task="You help.", settings=settings)
     opened = StepResult(Action("open", "nothing that is here"), True, "Open.")
     status = "The robot's hand is empty.\nChanged so far:\n- safe: open"
-    store.append(id, Round(1, Turn("", "Hi."), None, (), (opened,), 0, status, (), True))
+    store.append(
+        id, Round(1, Turn("", "Hi."), Belief.uniform(()), (), (opened,), 0, status, (), True)
+    )
     shown = item_of(store, store.episode(id), replace(PLAN, transcript=True)).outcome
     assert shown.endswith(f"{LEFT}\n{status}")
 

@@ -15,6 +15,7 @@ from goalscope.agent.people import FALLBACK, OPENING
 from goalscope.agent.round import Round
 from goalscope.agent.settings import Settings
 from goalscope.base.types import Action, GoalscopeError, StepResult, Turn
+from goalscope.belief.belief import Belief
 from goalscope.storage.store import Store
 from goalscope.web import conversations
 from goalscope.web.exports import room_picture
@@ -234,7 +235,7 @@ def test_the_room_is_drawn_as_it_was_after_a_round(address: str, visit) -> None:
 def test_the_room_of_a_simulated_person_is_their_own(tmp_path: Path) -> None:
     settings = asdict(Settings(domain="house", human="scripted"))
     opened = StepResult(Action("open", "safe"), True, "The safe is open.")
-    rounds = [Round(1, Turn("", "Hi."), None, (), (opened,), 0, "", (), True)]
+    rounds = [Round(1, Turn("", "Hi."), Belief.uniform(()), (), (opened,), 0, "", (), True)]
     with Store.open(tmp_path / "episodes.db") as store:
         id = store.begin(
             domain="house", method="good", model="m", task="t", profile="valuables-in-safe",

@@ -16,6 +16,7 @@ from goalscope.base.types import UNSPECIFIED, Goal, InvalidInputError, ModelErro
 from goalscope.belief.belief import Belief
 from goalscope.belief.calibration import DEFAULT, PAPER, Calibration
 from goalscope.belief.explain import Reason, in_words, reasons, word_evidence
+from goalscope.belief.goal_order import in_order
 from goalscope.belief.likelihood import RolePlay
 from goalscope.cli.display import show_reasons
 from goalscope.storage.store import Store
@@ -317,7 +318,7 @@ def test_why_scores_words_only_when_asked(kept, monkeypatch) -> None:
 def test_what_why_cannot_tell_is_said_in_one_line(kept, store_file) -> None:  # noqa: F811
     with Store.open(store_file) as store:
         blind = store.begin(**{**EPISODE, "method": "no-goals"})
-        store.append(blind, a_round(1, belief=None))
+        store.append(blind, a_round(1, belief=in_order((), ())))
         unborn = store.begin(**EPISODE)
     for name, what in (("wash", "None of these goals begins"), ("make", "Several of these goals")):
         told = invoke("why", kept, "--goal", name)

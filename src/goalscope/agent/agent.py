@@ -4,9 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Callable, Generator, Iterable, Iterator, Sequence
 from contextlib import contextmanager
-from copy import copy
 from dataclasses import replace
-from typing import Any, Literal, cast
+from typing import Literal, get_args
 
 from goalscope.agent.executor import Execution, Executor
 from goalscope.agent.guards import UNSURE
@@ -34,10 +33,9 @@ from goalscope.belief.belief import Belief
 from goalscope.belief.calibration import DEFAULT, Calibration
 from goalscope.belief.explain import in_words
 from goalscope.belief.goal_manager import UNEXPLAINED, GoalManager, Trigger
-from goalscope.belief.goal_order import Ranking
+from goalscope.belief.goal_order import GoalOrder
 from goalscope.belief.likelihood import Likelihood, RolePlay
-from goalscope.belief.ranker import Ranker
-from goalscope.belief.tracker import Correction, GoalTracker
+from goalscope.belief.tracker import Correction, GoalTracker, Tracker
 from goalscope.envs import GUESSED, MENTIONED, Environment, Pick
 from goalscope.language.dialogue_state import acting
 from goalscope.language.matcher import Matcher
@@ -132,30 +130,31 @@ class Agent:
             patience=patience,
         )
         self.rounds: list[Round] = []
-        self.tracker: GoalTracker | Ranker | None = None
+        self.tracker = self._tracker(method, likelihood, calibration)
+        self._prior = self.belief
         self._corrections: list[GoalChange] = []
         self._uncorrected: list[tuple[Belief, list[GoalChange]]] = []
-        if method == "good":
-            self.tracker = GoalTracker(
-                task=env.task,
-                likelihood=likelihood or RolePlay(model),
-                calibration=calibration or DEFAULT,
-            )
-        elif method == "no-inference":
-            self.tracker = Ranker(model, env.task)
-        elif method != "no-goals":
+
+    def _tracker(
+        self, method: Method, likelihood: Likelihood | None, calibration: Calibration | None
+    ) -> Tracker:
+        if method not in get_args(Method):
             raise InvalidInputError(
                 f'method must be "good", "no-goals" or "no-inference", not {method!r}'
             )
-        self._prior = self.belief
+        if method == "good":
+            return GoalTracker(
+                task=self.env.task,
+                likelihood=likelihood or RolePlay(self.model),
+                calibration=calibration or DEFAULT,
+            )
+        goals = () if method == "no-goals" else (UNSPECIFIED,)
+        return GoalOrder(self.model, self.env.task, goals)
 
     @property
-    def belief(self) -> Belief | Ranking | None:
-        """The belief as it is, with what was corrected since the last round; None without one.
-
-        "no-inference" has a ranking in its place.
-        """
-        return self.tracker.belief if self.tracker else None
+    def belief(self) -> Belief:
+        """The belief with the corrections since the last round; see `Belief.inferred`."""
+        return self.tracker.belief
 
     @property
     def turns(self) -> list[Turn]:
@@ -268,13 +267,10 @@ class Agent:
         Raises:
             InvalidInputError: There is no such goal or no belief, or a text is empty or broken.
         """
-        tracker = self.tracker
-        if not isinstance(tracker, GoalTracker):
-            raise InvalidInputError("This method has no belief that could be corrected.")
-        before = (tracker.belief, self._corrections)
-        self._corrections = [*self._corrections, *tracker.correct(correction, goal, text)]
+        before = (self.belief, self._corrections)
+        self._corrections = [*self._corrections, *self.tracker.correct(correction, goal, text)]
         self._uncorrected.append(before)
-        return tracker.belief
+        return self.belief
 
     def undo_correction(self) -> Belief:
         """Undo the newest correction since the last round.
@@ -282,10 +278,11 @@ class Agent:
         Raises:
             InvalidInputError: There is none.
         """
-        if not isinstance(self.tracker, GoalTracker) or not self._uncorrected:
+        if not self._uncorrected:
             raise InvalidInputError("There is no correction to take back.")
-        self.tracker.belief, self._corrections = self._uncorrected.pop()
-        return self.tracker.belief
+        belief, self._corrections = self._uncorrected.pop()
+        self.tracker.restore(belief, self.turns)
+        return belief
 
     @property
     def can_undo_correction(self) -> bool:
@@ -314,19 +311,16 @@ class Agent:
             )
         self.rounds = list(rounds)
         self._corrections, self._uncorrected = [], []
-        if self.tracker:
-            held = last.belief if last and last.belief else self._prior
-            self.tracker.belief = cast("Any", held)  # of the method's own kind
-            self.tracker.turns = self.turns
+        self.tracker.restore(last.belief if last else self._prior, self.turns)
 
     @contextmanager
     def _all_or_nothing(self) -> Generator[None]:
         """Restore the belief and the environment if an error ends the round."""
-        before = copy(self.tracker)
+        belief, turns = self.tracker.belief, self.tracker.turns
         try:
             yield
         except BaseException:
-            self.tracker = before
+            self.tracker.restore(belief, turns)
             undo(self.env, self._history)
             raise
 
@@ -371,11 +365,9 @@ class Agent:
 
     def _infer(self, turn: Turn, reading: Reading) -> None:
         """Update the belief (Eq. 1)."""
-        if not self.tracker:
-            return
-        self._progress(f"scoring {pluralize(len(self.tracker.belief.goals), 'goal')}")
-        calibration = self.tracker.belief.calibration
-        weight = _weight(reading, calibration)
+        if self.belief.goals:
+            self._progress(f"scoring {pluralize(len(self.belief.goals), 'goal')}")
+        weight = _weight(reading, self.belief.calibration)
         self.tracker.observe(turn.query, turn.utterance, weight=weight)
 
     def _manage(self, reading: Reading) -> tuple[tuple[GoalChange, ...], list[str]]:
@@ -385,8 +377,6 @@ class Agent:
             All changes since the last round, and notes on what could not be explained.
         """
         corrections = tuple(self._corrections)
-        if not self.tracker:
-            return corrections, []
         try:
             changes, unexplained = self.goal_manager.manage(
                 self.tracker,
@@ -427,8 +417,7 @@ class Agent:
     @property
     def _stated(self) -> list[tuple[Goal, float]]:
         """The top k goals with their probabilities, without "Unspecified"."""
-        ranked = self.belief.top() if self.belief else ()
-        return [each for each in ranked if each[0] != UNSPECIFIED][: self.k]
+        return [each for each in self.belief.top() if each[0] != UNSPECIFIED][: self.k]
 
     def _ended(
         self, begun: Round, done: Execution, outcome: Outcome, notes: Sequence[str]
@@ -452,8 +441,7 @@ class Agent:
 
     def _notes(self, done: Execution, outcome: Outcome) -> Iterator[str]:
         """What the person should be told of a round."""
-        if isinstance(self.tracker, GoalTracker):
-            yield from self.tracker.notes
+        yield from self.tracker.notes
         yield from dict.fromkeys(done.notes)
         failed = [*done.failed, *outcome.failed]
         for each in failed[:_FAILURES]:
@@ -472,8 +460,8 @@ class Agent:
         asked = any(
             each.do == "ask" and not (each.what or each.where) for each in done.reading.orders
         )
-        if asked and isinstance(self.tracker, GoalTracker):
-            yield in_words(self.tracker.belief, self.tracker.turns)
+        if asked and self.belief.inferred:
+            yield in_words(self.belief, self.tracker.turns)
 
 
 def _by_goal(guessed: Sequence[Guess]) -> str:

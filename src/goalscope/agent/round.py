@@ -4,18 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Collection, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 from goalscope.agent.guards import Awaited
 from goalscope.base.types import GoalChange, StepResult, Turn
+from goalscope.belief.belief import Belief
 from goalscope.language.dialogue_state import DialogueState, acting, fold
 from goalscope.language.orders import Order, Reading
-
-if TYPE_CHECKING:
-    from goalscope.belief.belief import Belief
-    from goalscope.belief.goal_order import Ranking
-
-__all__ = ["Round", "retracted", "state_after"]
 
 
 @dataclass(frozen=True, eq=False)
@@ -25,8 +19,7 @@ class Round:
     Attributes:
         number: 1 for the first.
         turn: The agent's question and the person's reply.
-        belief: After goals were added and removed; a ranking for the No Inference method, None for
-            No Goals.
+        belief: After goals were added and removed; without goals for the No Goals method.
         changes: Goals that came and went, with reasons.
         results: Outcomes of the actions that stand, in order (undone plans are not in it).
         replans: How often a plan was impossible and made anew.
@@ -46,7 +39,7 @@ class Round:
 
     number: int
     turn: Turn
-    belief: Belief | Ranking | None
+    belief: Belief
     changes: tuple[GoalChange, ...]
     results: tuple[StepResult, ...] = ()
     replans: int = 0

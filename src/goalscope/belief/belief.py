@@ -3,16 +3,15 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterable, Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import asdict, dataclass, replace
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
 from goalscope.base.types import UNSPECIFIED, Goal, InvalidInputError, canonical, pluralize
-from goalscope.belief.calibration import EPSILONS, PAPER, Calibration
-
-__all__ = ["PINNED", "Belief", "log_posteriors", "weighed"]
+from goalscope.belief.calibration import EPSILONS, PAPER, Calibration, calibration_from_json
 
 Array = npt.NDArray[np.float64]
 Flags = npt.NDArray[np.bool_]
@@ -47,6 +46,8 @@ class Belief:
         weights: Weights of the turns whose evidence does not fully count, as pairs (turn from 0,
             weight from 0 to 1).
         ruled_out: Goals that the person rejected or reworded. They are not proposed again.
+        inferred: Whether evidence decides. If not, a model was asked for the order of the goals:
+            the prior holds that order, and there is no evidence (see `GoalOrder`).
 
     Raises:
         ValueError: Shapes disagree, a goal occurs twice, a pinned goal or a weighed turn does not
@@ -60,6 +61,7 @@ class Belief:
     pinned: tuple[tuple[int, Goal], ...] = ()
     ruled_out: tuple[Goal, ...] = ()
     weights: tuple[tuple[int, float], ...] = ()
+    inferred: bool = True
 
     def __post_init__(self) -> None:
         """Check the invariants of the arithmetic."""
@@ -309,6 +311,41 @@ class Belief:
                     row = np.where(own, sure, others + np.log(-np.expm1(sure)))
                 row = _normalised(row)
         return row
+
+
+def belief_to_json(belief: Belief) -> dict[str, Any]:
+    """A belief as strict JSON; -inf, which JSON lacks, is the string "-inf"."""
+    return {
+        "goals": [goal.text for goal in belief.goals],
+        "log_prior": _numbers(belief.log_prior.tolist()),
+        "log_likelihood": [_numbers(row) for row in belief.log_likelihood.tolist()],
+        "calibration": asdict(belief.calibration),
+        "pinned": [[turns, goal.text] for turns, goal in belief.pinned],
+        "ruled_out": [goal.text for goal in belief.ruled_out],
+        "weights": [list(each) for each in belief.weights],
+        "inferred": belief.inferred,
+    }
+
+
+def belief_from_json(data: Mapping[str, Any]) -> Belief:
+    """The belief that `belief_to_json` wrote, equal in every value."""
+    goals = tuple(map(Goal, data["goals"]))
+    table = np.array(data["log_likelihood"], dtype=np.float64)
+    return Belief(
+        goals,
+        np.array(data["log_prior"], dtype=np.float64),
+        table.reshape(len(data["log_likelihood"]), len(goals)),
+        calibration_from_json(data["calibration"]),
+        tuple((turns, Goal(text)) for turns, text in data["pinned"]),
+        tuple(map(Goal, data["ruled_out"])),
+        tuple((turn, weight) for turn, weight in data["weights"]),
+        data["inferred"],
+    )
+
+
+def _numbers(values: list[float]) -> list[float | str]:
+    """The numbers, with -inf as a string, which numpy reads."""
+    return ["-inf" if value == -math.inf else value for value in values]
 
 
 def weighed(log_likelihood: Array, weights: Iterable[tuple[int, float]]) -> Array:

@@ -2,16 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Iterable, Sequence
-from contextlib import AbstractContextManager
+from collections.abc import Callable, Collection, Generator, Sequence
+from contextlib import contextmanager
 from typing import Literal, Protocol
 
 import numpy as np
 
 from goalscope.base.types import UNSPECIFIED, Goal, GoalChange, InvalidInputError, Turn, canonical
 from goalscope.belief.belief import Belief, weighed
-from goalscope.belief.goal_order import Ranking
 from goalscope.belief.likelihood import Likelihood
+from goalscope.belief.tracker import Tracker
 from goalscope.language.dialogue_state import acting
 from goalscope.language.orders import Reading
 from goalscope.models import LikelihoodModel
@@ -44,16 +44,18 @@ _DETERMINERS = frozenset(("a", "an", "the", "my", "your", "our", "his", "her", "
 """Words that make no difference between two goals."""
 
 
-def incomplete(belief: Belief | Ranking, propose: Trigger = UNEXPLAINED, *, since: int = 0) -> bool:
+def incomplete(belief: Belief, propose: Trigger = UNEXPLAINED, *, since: int = 0) -> bool:
     """Whether the person's goal seems to be missing from the belief.
 
     Args:
-        belief: The present one; `UNSPECIFIED` is one of its goals.
-        propose: See `GoalManager`; of a ranking, always as with "paper".
+        belief: The present one. Without `UNSPECIFIED` its goals are fixed, and none is missing.
+        propose: See `GoalManager`.
         since: Number of turns that the newest goals were proposed from. Those turns cannot test
             them: only later ones count.
     """
-    if propose == "paper" or isinstance(belief, Ranking):
+    if UNSPECIFIED not in belief.goals:
+        return False
+    if propose == "paper":
         return belief.top(1)[0][0] == UNSPECIFIED
     later = belief.since(since)
     return bool(later.probability[later.goals.index(UNSPECIFIED)] > propose + 1e-9)
@@ -98,7 +100,7 @@ class PastRound(Protocol):
     """What a `GoalManager` needs of an earlier round."""
 
     @property
-    def belief(self) -> Belief | Ranking | None:
+    def belief(self) -> Belief:
         """The belief after it."""
         ...
 
@@ -110,37 +112,6 @@ class PastRound(Protocol):
     @property
     def reading(self) -> Reading | None:
         """What the words were read as."""
-        ...
-
-
-class Tracker(Protocol):
-    """Holds the goals that a `GoalManager` manages: a `GoalTracker`, or a `Ranker`."""
-
-    @property
-    def belief(self) -> Belief | Ranking:
-        """The goals."""
-        ...
-
-    @property
-    def turns(self) -> Sequence[Turn]:
-        """The turns that the belief is over."""
-        ...
-
-    @property
-    def likelihood(self) -> Likelihood | None:
-        """Scores candidates; None adds the first ones."""
-        ...
-
-    def include(self, goals: Sequence[Goal]) -> None:
-        """Add goals."""
-        ...
-
-    def drop(self, goals: Iterable[Goal]) -> object:
-        """Remove goals."""
-        ...
-
-    def restoring(self) -> AbstractContextManager[None]:
-        """A context that restores the belief if an error ends it."""
         ...
 
 
@@ -220,8 +191,10 @@ class GoalManager:
         changes: list[GoalChange] = []
         unexplained = False
         known = any(goal != UNSPECIFIED for goal in tracker.belief.goals)
-        propose = reading is None or _may_tell_aim(reading, known=known)
-        with tracker.restoring():
+        propose = UNSPECIFIED in tracker.belief.goals and (
+            reading is None or _may_tell_aim(reading, known=known)
+        )
+        with _all_or_nothing(tracker):
             missing = propose and incomplete(tracker.belief, self.propose, since=since)
             if missing or (propose and reading and _tells_another_aim(reading, rounds)):
                 progress("proposing goals")
@@ -230,10 +203,10 @@ class GoalManager:
                 )
                 if most is not None:
                     del changes[max(0, most - len(tracker.belief.goals)) :]
-                tracker.include([change.goal for change in changes])
+                tracker.add([change.goal for change in changes])
                 unexplained = missing and not changes
             progress("checking goals")
-            beliefs = [*(each.belief for each in rounds if each.belief), tracker.belief]
+            beliefs = [*(each.belief for each in rounds), tracker.belief]
             removed = self.removed(beliefs, tracker.turns, given=given)
             tracker.drop(change.goal for change in removed)
         return changes + removed, unexplained and not (reading and acting(reading.orders))
@@ -241,7 +214,7 @@ class GoalManager:
     def added(
         self,
         likelihood: Likelihood | None,
-        belief: Belief | Ranking,
+        belief: Belief,
         turns: Sequence[Turn],
         changes: Sequence[GoalChange],
     ) -> list[GoalChange]:
@@ -270,7 +243,7 @@ class GoalManager:
 
     def removed(
         self,
-        beliefs: Sequence[Belief | Ranking],
+        beliefs: Sequence[Belief],
         turns: Sequence[Turn],
         *,
         given: Collection[Goal] = (),
@@ -312,6 +285,17 @@ class GoalManager:
             if likeliest and likeliest not in pinned:
                 del found[likeliest]
         return list(found.values())
+
+
+@contextmanager
+def _all_or_nothing(tracker: Tracker) -> Generator[None]:
+    """Restore the goals if an error ends the context."""
+    belief, turns = tracker.belief, tracker.turns
+    try:
+        yield
+    except BaseException:
+        tracker.restore(belief, turns)
+        raise
 
 
 def _may_tell_aim(reading: Reading, *, known: bool) -> bool:
@@ -448,7 +432,7 @@ def irrelevant(
     ]
 
 
-def overdue(beliefs: Sequence[Belief | Ranking], patience: int) -> list[GoalChange]:
+def overdue(beliefs: Sequence[Belief], patience: int) -> list[GoalChange]:
     """The goal that was the least likely for more than `patience` rounds in a row, if any.
 
     Args:
@@ -468,7 +452,7 @@ def overdue(beliefs: Sequence[Belief | Ranking], patience: int) -> list[GoalChan
     return [GoalChange("removed", worst, f"the least likely for {streak} rounds in a row")]
 
 
-def _least_likely(belief: Belief | Ranking) -> Goal | None:
+def _least_likely(belief: Belief) -> Goal | None:
     """The least likely specified goal; None where there are fewer than two to compare."""
     ranked = [goal for goal, _ in belief.top() if goal != UNSPECIFIED]
     return ranked[-1] if len(ranked) > 1 else None

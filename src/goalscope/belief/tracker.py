@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Generator, Iterable, Sequence
-from contextlib import contextmanager
+import json
+from collections.abc import Callable, Iterable, Sequence
 from functools import wraps
 from threading import RLock
-from typing import Any, Literal, TypeVar, cast, get_args
+from typing import Any, Literal, Protocol, TypeVar, cast, get_args
 
 import numpy as np
 import numpy.typing as npt
@@ -24,7 +24,7 @@ from goalscope.base.types import (
     goals_of,
     readable,
 )
-from goalscope.belief.belief import Belief
+from goalscope.belief.belief import Belief, belief_from_json, belief_to_json
 from goalscope.belief.calibration import Calibration
 from goalscope.belief.calibrations import NAMED, calibration_named
 from goalscope.belief.likelihood import (
@@ -38,12 +38,55 @@ from goalscope.belief.likelihood import (
 from goalscope.models import LikelihoodModel, model_name
 from goalscope.models.opening import embedded_scorer
 
-__all__ = ["Correction", "GoalTracker"]
-
 Correction = Literal["pin", "veto", "reword"]
 """How a person corrects the goals; see `GoalTracker.correct`."""
 
 Array = npt.NDArray[np.float64]
+
+
+class Tracker(Protocol):
+    """A belief that follows a conversation: a `GoalTracker`, or a `GoalOrder`."""
+
+    @property
+    def belief(self) -> Belief:
+        """Over the goals."""
+        ...
+
+    @property
+    def turns(self) -> Sequence[Turn]:
+        """The turns that the belief is over."""
+        ...
+
+    @property
+    def likelihood(self) -> Likelihood | None:
+        """Scores the words; None where nothing is inferred."""
+        ...
+
+    @property
+    def notes(self) -> tuple[str, ...]:
+        """What the person should know about the last update."""
+        ...
+
+    def observe(self, query: str, utterance: str, *, weight: float = 1.0) -> Belief:
+        """Update the belief with a turn; on an error it stays as it was."""
+        ...
+
+    def add(self, goals: Iterable[Goal]) -> Belief:
+        """Add goals."""
+        ...
+
+    def drop(self, goals: Iterable[Goal]) -> Belief:
+        """Remove goals."""
+        ...
+
+    def correct(self, correction: Correction, goal: str | Goal, text: str = "") -> list[GoalChange]:
+        """Apply what the person says about a goal itself."""
+        ...
+
+    def restore(self, belief: Belief, turns: Sequence[Turn]) -> None:
+        """Go back to an earlier state."""
+        ...
+
 
 _MODEL = ("token_logprobs", "count_tokens", "context_size")
 
@@ -267,15 +310,14 @@ class GoalTracker:
     @_synchronized
     def to_json(self) -> str:
         """The tracker's state and its model's name, for `from_json`."""
-        from goalscope.storage.round_json import belief_to_json, dumps
-
-        return dumps(
+        return json.dumps(
             {
                 "task": self.task,
                 "model": self._model_name,
                 "turns": [[turn.query, turn.utterance] for turn in self.turns],
                 "belief": belief_to_json(self.belief),
-            }
+            },
+            allow_nan=False,
         )
 
     @classmethod
@@ -297,8 +339,6 @@ class GoalTracker:
         Raises:
             InvalidInputError: The text is something else, or the model is another one.
         """
-        from goalscope.storage.round_json import belief_from_json
-
         if not isinstance(cast("object", text), str):
             raise InvalidInputError(f"text must be what to_json wrote, not {type(text).__name__}.")
         try:
@@ -326,7 +366,7 @@ class GoalTracker:
                 f"This is not what GoalTracker.to_json wrote ({len(turns)} turns, and a belief "
                 f"over {len(belief.log_likelihood)})."
             )
-        tracker.turns, tracker.belief = turns, belief
+        tracker.restore(belief, turns)
         return tracker
 
     @property
@@ -351,20 +391,15 @@ class GoalTracker:
             return ()
         return (f"The conversation is long: the first {start} turns are no longer read.",)
 
-    def include(self, goals: Sequence[Goal]) -> None:
-        """See `goalscope.belief.goal_manager.Tracker`."""
-        self._add(goals)
+    @_synchronized
+    def restore(self, belief: Belief, turns: Sequence[Turn]) -> None:
+        """Go back to an earlier state.
 
-    @contextmanager
-    def restoring(self) -> Generator[None]:
-        """See `goalscope.belief.goal_manager.Tracker`; meanwhile other threads wait."""
-        with self._busy:
-            before = self.belief
-            try:
-                yield
-            except BaseException:
-                self.belief = before
-                raise
+        Args:
+            belief: A belief that this tracker had.
+            turns: The turns that it was over.
+        """
+        self.belief, self.turns = belief, [*turns]
 
 
 def _wrong(model: LikelihoodModel) -> str:

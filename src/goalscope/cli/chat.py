@@ -135,7 +135,7 @@ def chat(
             for round in session.earlier:
                 show_round(out, round, before)
                 before = round.belief
-            if session.corrections and session.belief:
+            if session.corrections:
                 show_belief(out, session.belief, before)
             draw = _drawing(env, given.picture)
             try:
@@ -247,7 +247,6 @@ def _run_one(session: Session, draw: Callable[[], None], *, quiet: bool, brief: 
 def correct(out: Console, session: Session, line: str) -> None:
     """Run a chat command, a line that begins with a slash, and show the belief."""
     from goalscope.base.text import terminal_safe
-    from goalscope.belief.belief import Belief
     from goalscope.belief.explain import reasons
     from goalscope.cli.display import show_belief, show_reasons
 
@@ -256,17 +255,17 @@ def correct(out: Console, session: Session, line: str) -> None:
     belief = session.belief
     try:
         if command == "/help":
-            corrects = HELP if isinstance(belief, Belief) else ORDER_HELP
-            commands = NO_HELP if belief is None else corrects
+            corrects = HELP if belief.inferred else ORDER_HELP
+            commands = corrects if belief.goals else NO_HELP
             raise InvalidInputError(commands + LEAVING)
         if command not in ("/goals", "/why", *corrections):
             raise InvalidInputError(f"Unknown command {command}. /help lists the commands.")
-        if belief is None:
+        if not belief.goals:
             raise InvalidInputError(NO_HELP)
         if command == "/goals":
             show_belief(out, belief)
             return
-        if not isinstance(belief, Belief):
+        if not belief.inferred:
             raise InvalidInputError(ORDER_HELP)
         number, _, text = rest.strip().partition(" ")
         if command == "/why":
@@ -278,7 +277,7 @@ def correct(out: Console, session: Session, line: str) -> None:
         else:
             goal = _numbered(belief, number, command)
             session.correct(corrections[command], goal, text)
-        show_belief(out, session.belief or belief, belief)
+        show_belief(out, session.belief, belief)
     except InvalidInputError as error:
         out.print(terminal_safe(str(error), "dim"))
 

@@ -15,7 +15,6 @@ from rich.text import Text
 
 from goalscope.base.text import domain_shown, model_shown, terminal_safe
 from goalscope.base.types import TRACKING, UNSPECIFIED, Goal
-from goalscope.belief.goal_order import Ranking
 
 if TYPE_CHECKING:
     from goalscope.agent.round import Round
@@ -98,7 +97,7 @@ def show_header(console: Console, info: EpisodeInfo) -> None:
     console.print(Panel(terminal_safe(info.task), title=terminal_safe(line), title_align="left"))
 
 
-def show_round(console: Console, round: Round, previous: Belief | Ranking | None = None) -> None:
+def show_round(console: Console, round: Round, previous: Belief | None = None) -> None:
     """Draw one round; see `show_understood`."""
     show_understood(console, round, previous)
     show_done(console, round)
@@ -107,7 +106,7 @@ def show_round(console: Console, round: Round, previous: Belief | Ranking | None
 def show_understood(
     console: Console,
     round: Round,
-    previous: Belief | Ranking | None = None,
+    previous: Belief | None = None,
     *,
     transcript: bool = True,
 ) -> None:
@@ -126,7 +125,7 @@ def show_understood(
     if round.reading is not None:
         read = map(order_in_words, round.reading.orders)
         _rows(console, [(Text("-", "dim"), terminal_safe(line)) for line in read], "Understood")
-    if round.belief is not None:
+    if round.belief.goals:
         show_belief(console, round.belief, previous)
     signs = {"added": Text("+", "green"), "removed": Text("-", "red"), "pinned": Text("!", "cyan")}
     _rows(
@@ -391,17 +390,14 @@ def show_reasons(
     )
 
 
-def show_belief(
-    console: Console, belief: Belief | Ranking, previous: Belief | Ranking | None = None
-) -> None:
-    """Print the likeliest goals, numbered from 1, with their probabilities if there are any.
+def show_belief(console: Console, belief: Belief, previous: Belief | None = None) -> None:
+    """Print the likeliest goals, numbered from 1, with their probabilities if they were inferred.
 
     Args:
         console: Where to print.
-        belief: The belief, or a ranking.
+        belief: The belief.
         previous: An earlier one; arrows show the change since.
     """
-    is_ranking = isinstance(belief, Ranking)
     before = dict(previous.top()) if previous is not None else {}
     full, empty, up, down = "#.^v" if console.options.ascii_only else "█░▲▼"
     table = Table.grid(padding=(0, 1))
@@ -416,19 +412,19 @@ def show_belief(
         if goal == UNSPECIFIED:
             name = Text("Unspecified (none of these)", "italic yellow")
         bar = Text(full * filled, "blue").append(empty * (BAR - filled), "dim")
-        if not is_ranking and belief.pinned and goal == belief.pinned[-1][1]:
+        if belief.pinned and goal == belief.pinned[-1][1]:
             turns = belief.pinned[-1][0]
             now = turns == len(belief.log_likelihood)
             when = "" if now else f" {_when(turns)}"
             name.append(f"  (you confirmed it{when})", "dim cyan")
-        held = [] if is_ranking else [bar, Text(f"{probability:6.1%}"), arrow]
+        held = [] if not belief.inferred else [bar, Text(f"{probability:6.1%}"), arrow]
         table.add_row(Text(str(number), "dim"), *held, name)
     if rest := ranked[SHOWN:]:
         share = sum(probability for _, probability in rest)
-        held = [] if is_ranking else ["", f"{share:6.1%}", ""]
+        held = [] if not belief.inferred else ["", f"{share:6.1%}", ""]
         table.add_row("", *held, Text(f"and {len(rest)} more", "dim"))
-    console.print(Text("The model's order" if is_ranking else "Belief", "bold"))
-    if not is_ranking and belief.is_degenerate:
+    console.print(Text("Belief" if belief.inferred else "The model's order", "bold"))
+    if belief.is_degenerate:
         console.print("  No goal explains what was said.")
     else:
         console.print(Padding(table, (0, 0, 0, 2)))

@@ -58,8 +58,8 @@ def replay(id: Episode, store: StoreFile = None, as_json: Json = False) -> None:
     """Show a stored episode round by round; no model is needed.
 
     As JSON, each round has its words, actions, notes, and the belief: goals, log_prior,
-    log_likelihood (a row for each turn, nats), and the probability of each goal. The belief of the
-    method no-inference is a ranking: goals, and the most and the least likely of them.
+    log_likelihood (a row for each turn, nats), and the probability of each goal. The method
+    no-inference has no evidence (inferred is false): its log_prior holds the model's order.
     """
     from goalscope.base.text import terminal_safe
     from goalscope.cli.display import show_header, show_round, show_summary
@@ -112,7 +112,6 @@ def why(
     different belief, which --round explains.
     """
     from goalscope.base.text import terminal_safe
-    from goalscope.belief.belief import Belief
     from goalscope.belief.explain import reasons
     from goalscope.cli.display import show_reasons
     from goalscope.storage.round_json import dumps
@@ -125,7 +124,7 @@ def why(
     if not rounds or (round and len(rounds) < round):
         raise InvalidInputError(f"Episode {info.id} has only {pluralize(len(rounds), 'round')}.")
     belief = rounds[-1].belief
-    if not isinstance(belief, Belief):
+    if not belief.inferred:
         raise InvalidInputError(f"This episode's method, {info.method}, computes no evidence.")
     turns = [each.turn for each in rounds]
     try:
@@ -150,13 +149,12 @@ def why(
 def _episode_json(info: EpisodeInfo, rounds: Sequence[Round]) -> dict[str, Any]:
     """An episode and its rounds, with the probabilities of each belief."""
     from goalscope.base.text import model_shown
-    from goalscope.belief.belief import Belief
     from goalscope.storage.round_json import round_to_json
 
     rows: list[dict[str, Any]] = []
     for round in rounds:
         row = json.loads(round_to_json(round))
-        if isinstance(round.belief, Belief):
+        if round.belief.inferred:
             row["belief"]["probability"] = round.belief.probability.tolist()
         rows.append(row)
     return {**asdict(info), "model": model_shown(info.model), "rounds": rows}

@@ -3,31 +3,25 @@
 from __future__ import annotations
 
 import json
-import math
 from collections.abc import Mapping, Sequence
-from dataclasses import asdict, fields
-from typing import TYPE_CHECKING, Any, TypeVar
+from dataclasses import fields
+from typing import Any, TypeVar
 
 from goalscope.agent.round import Round
 from goalscope.base.types import Action, Goal, GoalChange, GoalscopeError, StepResult, Turn
-from goalscope.belief.calibration import calibration_from_json
-from goalscope.belief.goal_order import Ranking
+from goalscope.belief.belief import belief_from_json, belief_to_json
 from goalscope.language.orders import Order, Reading, order_from_json, order_to_json
-
-if TYPE_CHECKING:
-    from goalscope.belief.belief import Belief
 
 T = TypeVar("T")
 
 
 def round_to_json(round: Round) -> str:
-    """Write a round as strict JSON in ASCII; -inf, which JSON lacks, as the string "-inf".
+    """Write a round as strict JSON in ASCII; see `belief_to_json`.
 
     Raises:
         GoalscopeError: A number is NaN or +inf.
     """
-    belief = round.belief and _held_to_json(round.belief)
-    return dumps({**_object_of(round), "belief": belief})
+    return dumps({**_object_of(round), "belief": belief_to_json(round.belief)})
 
 
 def round_from_json(text: str) -> Round:
@@ -35,7 +29,7 @@ def round_from_json(text: str) -> Round:
     values: dict[str, Any] = json.loads(text)
     belief, reading = values["belief"], values["reading"]
     values["turn"] = Turn(**values["turn"])
-    values["belief"] = belief and _held_from_json(belief)
+    values["belief"] = belief_from_json(belief)
     values["reading"] = reading and _reading(reading)
     values["changes"] = tuple(_with(GoalChange, each, goal=Goal) for each in values["changes"])
     values["results"] = tuple(_with(StepResult, each, action=Action) for each in values["results"])
@@ -44,53 +38,6 @@ def round_from_json(text: str) -> Round:
     for name in ("notes", "retracts"):
         values[name] = tuple(values[name])
     return Round(**values)
-
-
-def _held_to_json(held: Belief | Ranking) -> dict[str, Any]:
-    if not isinstance(held, Ranking):
-        return belief_to_json(held)
-    goals = [goal.text for goal in held.goals]
-    most, least = (goal and goal.text for goal in (held.most, held.least))
-    return {"goals": goals, "most": most, "least": least}
-
-
-def _held_from_json(data: Mapping[str, Any]) -> Belief | Ranking:
-    if "most" not in data:
-        return belief_from_json(data)
-    most, least = (data[name] and Goal(data[name]) for name in ("most", "least"))
-    return Ranking(tuple(map(Goal, data["goals"])), most, least)
-
-
-def belief_to_json(belief: Belief) -> dict[str, Any]:
-    """A belief as what `dumps` takes."""
-    return {
-        "goals": [goal.text for goal in belief.goals],
-        "log_prior": _numbers(belief.log_prior.tolist()),
-        "log_likelihood": [_numbers(row) for row in belief.log_likelihood.tolist()],
-        "calibration": asdict(belief.calibration),
-        "pinned": [[turns, goal.text] for turns, goal in belief.pinned],
-        "ruled_out": [goal.text for goal in belief.ruled_out],
-        "weights": [list(each) for each in belief.weights],
-    }
-
-
-def belief_from_json(data: Mapping[str, Any]) -> Belief:
-    """Read what `belief_to_json` wrote."""
-    import numpy as np
-
-    from goalscope.belief.belief import Belief
-
-    goals = tuple(map(Goal, data["goals"]))
-    table = np.array(data["log_likelihood"], dtype=np.float64)
-    return Belief(
-        goals,
-        np.array(data["log_prior"], dtype=np.float64),
-        table.reshape(len(data["log_likelihood"]), len(goals)),
-        calibration_from_json(data["calibration"]),
-        tuple((turns, Goal(text)) for turns, text in data["pinned"]),
-        tuple(map(Goal, data["ruled_out"])),
-        tuple((turn, weight) for turn, weight in data["weights"]),
-    )
 
 
 def _with(kind: type[T], values: dict[str, Any], **inner: type[Any]) -> T:
@@ -105,11 +52,6 @@ def _reading(data: Mapping[str, Any]) -> Reading:
 
 def _orders(data: Sequence[object]) -> tuple[Order, ...]:
     return tuple(order_from_json(each) for each in data)
-
-
-def _numbers(values: list[float]) -> list[float | str]:
-    """Write -inf as a string, which numpy reads as the number."""
-    return ["-inf" if value == -math.inf else value for value in values]
 
 
 def _object_of(value: Any) -> dict[str, Any]:

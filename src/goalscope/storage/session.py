@@ -24,7 +24,6 @@ from goalscope.agent.settings import (
 from goalscope.base.types import TRACKING, Goal, GoalChange, InvalidInputError, Turn, pluralize
 from goalscope.belief.belief import Belief
 from goalscope.belief.calibrations import calibration_named
-from goalscope.belief.goal_order import Ranking
 from goalscope.belief.tracker import Correction
 from goalscope.envs import Environment, met_checks
 from goalscope.models import Model, model_name
@@ -224,7 +223,7 @@ class Session:
         return self._agent.can_undo_correction
 
     @property
-    def belief(self) -> Belief | Ranking | None:
+    def belief(self) -> Belief:
         """See `Agent.belief`."""
         return self._agent.belief
 

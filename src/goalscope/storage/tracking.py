@@ -25,14 +25,13 @@ from goalscope.base.types import (
     readable,
 )
 from goalscope.belief.advice import Advice, Advised, advised
-from goalscope.belief.belief import Belief
+from goalscope.belief.belief import Belief, belief_from_json, belief_to_json
 from goalscope.belief.calibration import DEFAULT
 from goalscope.belief.calibrations import calibration_named
 from goalscope.belief.explain import Reason, reasons
 from goalscope.belief.goal_manager import GoalManager, made_from
 from goalscope.belief.tracker import Correction, GoalTracker
 from goalscope.models import Model, model_name
-from goalscope.storage.round_json import belief_from_json, belief_to_json
 from goalscope.storage.store import EpisodeInfo, Store
 
 __all__ = ["Tracked", "Trackers"]
@@ -84,8 +83,9 @@ class Tracked:
     @property
     def belief(self) -> Belief:
         """Over the goals and `UNSPECIFIED`, with the corrections since the last turn."""
-        newest = self.rounds[-1].belief if self.rounds else None
-        return newest if isinstance(newest, Belief) else belief_from_json(self.begun["belief"])
+        if self.rounds:
+            return self.rounds[-1].belief
+        return belief_from_json(self.begun["belief"])
 
     @property
     def changes(self) -> tuple[GoalChange, ...]:
@@ -362,7 +362,7 @@ class Trackers:
             )
         likelihood = likelihood_for(settings_of(session.info.settings), model)
         tracker = GoalTracker(task=session.task, likelihood=likelihood)
-        tracker.belief, tracker.turns = session.belief, [*session.turns]
+        tracker.restore(session.belief, session.turns)
         return model, tracker
 
 

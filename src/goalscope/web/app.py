@@ -23,7 +23,6 @@ from goalscope.agent.agent import Method
 from goalscope.agent.settings import Domain, Settings, open_environment
 from goalscope.base.text import model_shown
 from goalscope.base.types import TRACKING, Goal, GoalscopeError, InvalidInputError, Message
-from goalscope.belief.belief import Belief
 from goalscope.belief.explain import reasons
 from goalscope.envs.house.simulator.scenes import known_scenes
 from goalscope.models import Model, model_name
@@ -259,7 +258,7 @@ def create_app(store: Store, model: Model, defaults: Settings | None = None) -> 
         belief = rounds[-1].belief if rounds else None
         if can_go_on(info, visitor) and len(rounds) == len(stored):
             belief = conversations.resume(info).belief or belief
-        if not isinstance(belief, Belief):
+        if not (belief and belief.inferred):
             raise HTTPException(404, "There is no belief here.")
         found = reasons(belief, [each.turn for each in rounds], Goal(goal))
         return Why.of(Goal(goal), found)

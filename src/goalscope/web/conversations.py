@@ -25,7 +25,6 @@ from goalscope.base.types import (
 )
 from goalscope.belief.belief import Belief
 from goalscope.belief.explain import word_evidence
-from goalscope.belief.goal_order import Ranking
 from goalscope.belief.likelihood import DEFAULT_LAYOUT, RolePlay
 from goalscope.belief.tracker import Correction
 from goalscope.models import Model
@@ -90,7 +89,7 @@ class Conversation:
         )
         self._listeners: dict[asyncio.Queue[Event], asyncio.AbstractEventLoop] = {}
         self._opened: Session | None = None
-        self._viewed: tuple[Belief | Ranking | None, BeliefView | None] = None, None
+        self._viewed: tuple[Belief | None, BeliefView | None] = None, None
         self.used = time.monotonic()
         try:
             if resumed:
@@ -115,8 +114,7 @@ class Conversation:
         """The belief with the corrections since the last round; None while it changes."""
         with self._lock:
             at_rest = self._state.phase == "idle"
-            held = self._opened.belief if self._opened and at_rest else None
-            return held if isinstance(held, Belief) else None
+            return self._opened.belief if self._opened and at_rest else None
 
     @property
     def is_idle(self) -> bool:
@@ -145,11 +143,10 @@ class Conversation:
     def _changed(self, **changes: Any) -> Live:
         return self._state.model_copy(update=changes)
 
-    def _view(self, belief: Belief | Ranking | None) -> BeliefView | None:
+    def _view(self, belief: Belief) -> BeliefView | None:
         """Cached, because it is sent repeatedly while people wait."""
         if belief is not self._viewed[0]:
-            shown = BeliefView.of(belief) if isinstance(belief, Belief) else None
-            self._viewed = belief, shown
+            self._viewed = belief, BeliefView.of(belief) if belief.inferred else None
         return self._viewed[1]
 
     def catch_up(self, info: EpisodeInfo, *, again: bool = False) -> None:
@@ -218,7 +215,7 @@ class Conversation:
             InvalidInputError: There is no such goal or turn.
         """
         turns, belief = self._session.turns[:turn], self._session.belief
-        if not isinstance(belief, Belief):
+        if not belief.inferred:
             raise InvalidInputError("This method computes no evidence.")
         if Goal(goal) not in belief.goals or not 1 <= turn <= len(turns):
             raise InvalidInputError("There is no such goal or turn.")

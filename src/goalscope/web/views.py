@@ -16,7 +16,6 @@ from goalscope.base.types import UNSPECIFIED, Goal, GoalChange, StepResult
 from goalscope.belief import belief as beliefs
 from goalscope.belief.advice import Advice
 from goalscope.belief.explain import Reason, in_words
-from goalscope.belief.goal_order import Ranking
 from goalscope.cli.display import order_in_words
 from goalscope.storage.store import EpisodeInfo
 from goalscope.storage.tracking import Tracked
@@ -148,9 +147,7 @@ class RoundView(BaseModel):
             query=round.turn.query,
             utterance=round.turn.utterance,
             understood=[*map(order_in_words, round.reading.orders)] if round.reading else [],
-            belief=BeliefView.of(round.belief)
-            if isinstance(round.belief, beliefs.Belief)
-            else None,
+            belief=BeliefView.of(round.belief) if round.belief.inferred else None,
             belief_note=_belief_note(round),
             changes=[ChangeView.of(change) for change in round.changes],
             actions=[ActionView.of(result) for result in round.results],
@@ -164,9 +161,9 @@ class RoundView(BaseModel):
 
 
 def _belief_note(round: episodes.Round) -> str:
-    """What is shown beside the belief, or in place of one: a ranking has no probabilities."""
+    """What is shown beside the belief, or in place of one that was not inferred."""
     order: list[str] = []
-    if isinstance(round.belief, Ranking):
+    if round.belief.goals and not round.belief.inferred:
         ranked = (goal.text.rstrip(".") for goal, _ in round.belief.top())
         order.append(f"The model's order of the goals: {'; '.join(ranked)}.")
     return " ".join([*order, *(note for note in round.notes if note == NO_GOAL)])
