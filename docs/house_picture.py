@@ -1,4 +1,4 @@
-"""Draw docs/house.svg: the kitchen from above, after the robot has acted.
+"""Draw docs/house.svg: a map of the kitchen after the robot has acted.
 
 python docs/house_picture.py
 """
@@ -7,7 +7,7 @@ from pathlib import Path
 
 from goalscope.base.types import Action
 from goalscope.envs.house import HomeRobot, HouseController
-from goalscope.envs.house.picture import svg_picture
+from goalscope.envs.house.room_map import RoomMap
 
 ACTIONS = (
     Action("put", "tomato", destination="fridge"),
@@ -18,13 +18,13 @@ ACTIONS = (
 
 
 def main() -> None:
-    """Act, and keep the picture."""
+    """Act, and write the map."""
     robot = HomeRobot(HouseController("Kitchen1"))
     before = robot.metadata
     for action in ACTIONS:
         result = robot.step(action)
         assert result.ok, result.observation
-    drawn = svg_picture(robot.metadata, before, robot.names)
+    drawn = RoomMap(robot.metadata, before, robot.names).svg(720)
     Path(__file__).with_name("house.svg").write_text(drawn, encoding="utf-8")
 
 

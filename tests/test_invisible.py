@@ -18,11 +18,11 @@ from goalscope.base.types import Goal, InvalidInputError, Turn, canonical, check
 from goalscope.belief.belief import Belief
 from goalscope.belief.tracker import GoalTracker
 from goalscope.cli.display import show_round
-from goalscope.envs.house.floor_plan import floor_plan
+from goalscope.envs.house.room_map import RoomMap
 from goalscope.envs.house.simulator.rooms import read_room
 from goalscope.storage.store import Store
 from test_catalogue import load
-from test_house_picture import room
+from test_house_map import room
 from test_house_rooms import GOOD
 
 NJ, J = JOINERS
@@ -72,7 +72,7 @@ def test_a_word_keeps_its_joiners_wherever_it_is_shown_stored_or_read(
     assert plain(word) == word
     assert checked_text(word, "goal") == word
     assert goods(tmp_path, word, "tea") == [word, "tea"]
-    assert floor_plan(room() | {"sceneName": word}).name == word
+    assert RoomMap(room() | {"sceneName": word}).title == word
     out = Console(file=io.StringIO(), width=120)
     turn = Turn("What else?", word)
     show_round(out, Round(1, turn, Belief.uniform(()), (), status=word, notes=(word,)), None)

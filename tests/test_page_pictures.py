@@ -186,7 +186,7 @@ def test_a_robot_asks_for_leave(tour: Tour) -> None:
     tour.show(f"/#/talk/{tour.house}", TALL)
     settled(tour, TIDYING[-1])
     expect(tour.page.get_by_role("region", name="To confirm")).to_be_visible()
-    expect(tour.page.get_by_role("group", name="The room")).to_be_visible()
+    expect(tour.page.get_by_role("img", name="The room")).to_be_visible()
     tour.picture("page-house")
 
 

@@ -367,13 +367,13 @@ def _drawing(env: Environment, file: Path | None) -> Callable[[], None]:
 
     if file is None or not isinstance(env, HomeRobot):
         return lambda: None
-    from goalscope.envs.house.picture import svg_picture
+    from goalscope.envs.house.room_map import RoomMap
 
     seen = env.metadata
 
     def draw() -> None:
         nonlocal seen
-        file.write_text(svg_picture(env.metadata, seen, env.names), encoding="utf-8")
+        file.write_text(RoomMap(env.metadata, seen, env.names).svg(), encoding="utf-8")
         seen = env.metadata
 
     return draw

@@ -1,4 +1,4 @@
-"""`goalscope house`: the home robot's rooms, and their pictures."""
+"""`goalscope house`: the home robot's rooms, and maps of them."""
 
 from __future__ import annotations
 
@@ -46,20 +46,20 @@ def scenes(as_json: Json = False) -> None:
 def show(
     scene: Annotated[str, typer.Argument(help="Name or file of a room.")],
     svg: Annotated[
-        Path | None, typer.Option(help="Draw the room to this SVG file instead.")
+        Path | None, typer.Option(help="Draw a map of the room to this SVG file instead.")
     ] = None,
 ) -> None:
-    """Print the contents of a room, or draw it from above."""
-    from goalscope.envs.house.floor_plan import floor_plan
-    from goalscope.envs.house.picture import svg_picture, told
+    """Print the contents of a room, or draw a map of it."""
+    from goalscope.base.text import terminal_safe
+    from goalscope.envs.house.room_map import RoomMap
     from goalscope.envs.house.simulator.controller import HouseController
 
-    metadata = HouseController(scene).last_event.metadata
+    room = RoomMap(HouseController(scene).last_event.metadata)
     if svg is None:
-        console().print(told(floor_plan(metadata)))
+        console().print(terminal_safe(room.text()))
         return
     try:
-        svg.write_text(svg_picture(metadata), encoding="utf-8")
+        svg.write_text(room.svg(), encoding="utf-8")
     except OSError as error:
         raise InvalidInputError(
             f"Cannot write the picture to {svg}: {error.strerror}. Name another file."

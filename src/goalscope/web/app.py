@@ -279,7 +279,10 @@ def create_app(store: Store, model: Model, defaults: Settings | None = None) -> 
         return Response(
             room_picture(info, store.rounds(info.id)[:round], width=width),
             media_type="image/svg+xml",
-            headers={"content-security-policy": "default-src 'none'; style-src 'unsafe-inline'"},
+            headers={
+                "content-security-policy": "default-src 'none'; style-src 'unsafe-inline'",
+                "cache-control": "private, max-age=10",
+            },
         )
 
     @app.get("/api/episodes/{id}/export.{form}")

@@ -171,13 +171,13 @@ def room_picture(info: EpisodeInfo, rounds: Sequence[Round], *, width: int | Non
     Args:
         info: The episode.
         rounds: Its rounds.
-        width: See `svg_picture`.
+        width: Of the map, in px.
 
     Raises:
         InvalidInputError: There is no room in this domain.
     """
     from goalscope.envs.house import HomeRobot
-    from goalscope.envs.house.picture import WIDTH, svg_picture
+    from goalscope.envs.house.room_map import WIDTH, RoomMap
 
     settings = settings_of(info.settings)
     if info.domain != "house" or settings.simulator != "house":
@@ -193,6 +193,6 @@ def room_picture(info: EpisodeInfo, rounds: Sequence[Round], *, width: int | Non
         for round in rounds[-1:]:
             for result in round.results:
                 env.step(result.action)
-        return svg_picture(env.metadata, before, env.names, width=width or WIDTH)
+        return RoomMap(env.metadata, before, env.names).svg(width or WIDTH)
     finally:
         env.close()
