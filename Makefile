@@ -55,13 +55,18 @@ servers:  ## Debian's programs that some tests need, which are skipped without t
 		DEBIAN_FRONTEND=noninteractive apt-get install --quiet=2 --yes --no-install-recommends postgresql chromium; }
 
 check: $(READY)  ## format, lint, types
-	$(BIN)/ruff format --check src tests benchmarks docs examples corpus hatch_build.py
-	$(BIN)/ruff check src tests benchmarks docs examples corpus hatch_build.py
+	$(BIN)/ruff format --check src tests benchmarks docs examples corpus weights hatch_build.py
+	$(BIN)/ruff check src tests benchmarks docs examples corpus weights hatch_build.py
 	$(BIN)/pyright --pythonpath $(BIN)/python
 
-package:  ## built, and installed in an empty environment of each Python from 3.11 on
-	rm -rf dist build/package && $(PYTHON) -m venv build/package/build
-	build/package/build/bin/python -m pip install --quiet build && build/package/build/bin/python -m build
+# The source of the first has no weights, and depends on the second.
+package: $(CORE)  ## the two distributions, installed in an empty environment of each Python from 3.11 on
+	rm -rf dist build/package && mkdir -p build/package/source && git archive HEAD | tar -x -C build/package/source
+	rm -r build/package/source/weights
+	sed -i 's/^dependencies = \[/&\n    "goalscope-smollm2==1.0.0",/' build/package/source/pyproject.toml
+	$(PYTHON) -m venv build/package/build && build/package/build/bin/python -m pip install --quiet build
+	for each in build/package/source weights; do build/package/build/bin/python -m build --outdir dist $$each || exit 1; done
+	@du -m dist/*
 	@for python in python3.11 python3.12 python3.13; do \
 		$$python -c "" 2>/dev/null || { echo "$$python: not here"; continue; }; \
 		here=build/package/$$python; \

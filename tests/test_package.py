@@ -38,6 +38,8 @@ def files_in(folder: Path) -> set[str]:
 
 def test_the_wheel_holds_every_file_of_the_source(unpacked: Path) -> None:
     assert files_in(unpacked / "goalscope") == files_in(SOURCE)
+    weights = ROOT / "weights" / "src" / "goalscope_smollm2"
+    assert files_in(unpacked / "goalscope_smollm2") == files_in(weights)
     assert "py.typed" in files_in(SOURCE)  # without it no type checker reads the annotations
 
 

