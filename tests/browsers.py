@@ -8,6 +8,8 @@ from collections.abc import Callable, Iterator
 import pytest
 from playwright.sync_api import Browser, ConsoleMessage, Dialog, Page, expect, sync_playwright
 
+from sites import ENTERED
+
 expect.set_options(timeout=20_000)
 CHROMIUM = shutil.which("chromium")
 """Where it is; None where there is none, and the tests are skipped."""
@@ -47,6 +49,9 @@ def enter(browser: Browser) -> Iterator[Callable[..., Page]]:
 
     def opened(address: str, **options) -> Page:
         contexts.append(browser.new_context(**options))
+        contexts[-1].add_cookies(
+            [{"name": name, "value": value, "url": address} for name, value in ENTERED.items()]
+        )
         contexts[-1].on("console", lambda each: said.append(each.text) if is_fault(each) else None)
         contexts[-1].on("weberror", lambda each: said.append(str(each.error)))
         contexts[-1].on("dialog", told)

@@ -21,9 +21,11 @@ from goalscope.base.types import ModelError
 from goalscope.models import Model
 from goalscope.storage.store import Store
 from goalscope.web.app import create_app
-from goalscope.web.guard import Guard
+from goalscope.web.guard import KEY_COOKIE, Guard
 
 KEY = "the-key-of-the-host-in-tests"
+ENTERED = {KEY_COOKIE: Guard(None, hosts=(), key=KEY)._proof}
+"""The cookie of a browser in which the address with the key was opened."""
 WRITES = {
     "Person: zyx wvu tsr": "none",
     GOALS: "bake a cake\nbake bread with flour",
@@ -48,15 +50,14 @@ class FailsOnce(WordModel):
 
 
 class Person:
-    """A browser without a screen: it keeps its cookies, and says where it comes from."""
+    """A browser without a screen; it has entered, keeps its cookies and names its origin."""
 
     patience = 60
     """Seconds that they wait for the agent."""
 
     def __init__(self, address: str, **options: Any) -> None:
-        self.http = httpx.Client(
-            base_url=address, headers={"origin": address}, timeout=60, **options
-        )
+        options = {"cookies": ENTERED, "timeout": 60, **options}
+        self.http = httpx.Client(base_url=address, headers={"origin": address}, **options)
 
     def get(self, path: str, **query: Any) -> Any:
         answer = self.http.get(path, params=query)

@@ -44,11 +44,11 @@ def test_a_key_that_is_not_as_it_was_made_is_refused_with_the_remedy(folder: Pat
         kept_key()
     file.write_text("k" * 32)
     file.chmod(0o640)
-    with pytest.raises(GoalscopeError, match="Other users can read"):
+    with pytest.raises(GoalscopeError, match="Other users can read the key"):
         kept_key()
     file.unlink()
     file.mkdir()
-    with pytest.raises(GoalscopeError, match="Cannot save the host key") as error:
+    with pytest.raises(GoalscopeError, match="Cannot save or read the key") as error:
         kept_key()
     assert "GOALSCOPE_KEY" in str(error.value)
 
@@ -60,12 +60,12 @@ def test_what_may_be_a_log_holds_no_key_and_a_restart_keeps_it(tmp_path: Path) -
             "serve", "--port", "0", "--store", str(tmp_path / "e.db"), XDG_DATA_HOME=str(tmp_path)
         )
         assert process.stdout
-        address = process.stdout.readline().split()[-1]
-        link, place = process.stdout.readline(), process.stdout.readline()
+        address, _, secret = process.stdout.readline().split()[-1].partition("?key=")
+        place = process.stdout.readline()
         key = Path(place.removeprefix("The key is saved in ").strip().rstrip(".")).read_text()
-        assert key not in link
+        assert secret == "KEY"
         bearer = {"authorization": f"Bearer {key}"}
-        assert httpx.get(f"{address}api/options", headers=bearer).json()["host"] is True
+        assert httpx.get(f"{address}api/options", headers=bearer).status_code == 200
         told.append(key)
         process.kill()
         process.communicate()
@@ -73,7 +73,6 @@ def test_what_may_be_a_log_holds_no_key_and_a_restart_keeps_it(tmp_path: Path) -
     assert os.path.commonpath([tmp_path, place.split()[-1]]) == str(tmp_path)
 
 
-@pytest.mark.parametrize("what", ["key", "password"])
-def test_what_could_be_guessed_is_refused(what: str) -> None:
-    with pytest.raises(InvalidInputError, match=f"{what} is too easy to guess.* at least 16 char"):
-        serve(**{what: "k" * 15})
+def test_a_key_that_could_be_guessed_is_refused() -> None:
+    with pytest.raises(InvalidInputError, match=r"too easy to guess.* at least 16 char"):
+        serve(key="k" * 15)

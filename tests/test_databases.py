@@ -30,9 +30,9 @@ ODD = "half \ud800, NUL \x00, 100 % _ ' \" \\ é 🍰"
 def test_any_text_is_stored(place):
     said = a_round(turn=Turn(ODD, ODD), status=ODD)
     with Store.open(place) as store:
-        id = store.begin(domain=ODD, method=ODD, model=ODD, task=ODD, profile=ODD, owner=ODD)
+        id = store.begin(domain=ODD, method=ODD, model=ODD, task=ODD, profile=ODD)
         store.append(id, said)
-        (info,) = store.episodes(owner=ODD, text=ODD)
+        (info,) = store.episodes(text=ODD)
         assert info.model == ODD.replace("\ud800", "\\ud800").replace("\0", "\\x00")
         assert values_of(store.rounds(id)[0]) == values_of(said)
         for words in ("one", ODD, "three"):
@@ -46,14 +46,10 @@ def test_any_text_is_stored(place):
                 store.episode(unknown)
 
 
-def test_episodes_are_found_by_owner_and_text_and_come_in_pages(place):
+def test_episodes_are_found_by_text_and_come_in_pages(place):
     with Store.open(place) as store:
         tasks = ["Sell.", "100 % clean", "100 x clean", "Sell."]
-        owners = ["ann", "ann", "bob", None]
-        ids = [
-            store.begin(**EPISODE | {"task": task}, owner=owner)
-            for task, owner in zip(tasks, owners, strict=True)
-        ]
+        ids = [store.begin(**EPISODE | {"task": task}) for task in tasks]
         store.append(ids[2], a_round(turn=Turn("What?", 'A "5_6" lamp, belief')))
 
         def found(**options):
@@ -63,15 +59,13 @@ def test_episodes_are_found_by_owner_and_text_and_come_in_pages(place):
         assert found(newest_first=True, limit=2) == [3, 2]
         assert found(newest_first=True, limit=2, offset=2) == [1, 0]
         assert found(offset=3) == [3]
-        assert found(owner="ann") == [0, 1]
-        assert found(owner="") == []
         assert found(text="100 % c") == [1]
         assert found(text="SELL") == [0, 3]
         assert found(text='"5_6" LAMP') == [2]
         assert found(text="belief") == [2]  # of the words, and not of what they are stored with
         assert found(text="6_6") == found(text="Basket: 2") == []
         assert found(text=ids[1]) == [1]
-        assert store.episodes(owner="bob")[0].rounds == 1
+        assert store.episode(ids[2]).rounds == 1
 
 
 def test_many_threads_share_a_store(place):
@@ -80,7 +74,7 @@ def test_many_threads_share_a_store(place):
 
         def talk(n: int) -> str:
             start.wait()
-            id = store.begin(**EPISODE, owner=str(n))
+            id = store.begin(**EPISODE)
             for number in range(1, 9):
                 store.append(id, a_round(number, status=str(n)))
                 assert len(store.rounds(id)) == number

@@ -16,7 +16,7 @@ from browsers import needs_chromium
 from goalscope.base.types import Turn
 from goalscope.cli.display import show_episodes
 from goalscope.storage.store import Store
-from sites import KEY, site
+from sites import site
 from test_cli import invoke
 from test_display import EPISODE, drawn
 from test_store import a_round
@@ -96,7 +96,7 @@ def test_the_page_lists_and_filters_by_them(tmp_path: Path, enter) -> None:
             episode = store.begin(domain=domain, method="good", model="m", task="t")
             store.append(episode, a_round(turn=Turn("What?", said)))
     with site(file) as address:
-        page = enter(f"{address}/?key={KEY}")
+        page = enter(address)
         page.get_by_role("link", name="Episodes").click()
         words = page.locator("td[data-name='First words']")
         expect(words).to_have_text([hostile, "Make tea", "Some tea"])

@@ -14,7 +14,7 @@ from goalscope.agent.settings import Settings, load_domain, open_environment
 from goalscope.storage.session import Session
 from goalscope.storage.store import Store
 from goalscope.storage.tracking import Trackers
-from sites import KEY, WRITES, site
+from sites import WRITES, site
 from test_run import NamedModel
 
 GARDEN = Path(__file__).parents[1] / "examples" / "garden.py"
@@ -53,7 +53,7 @@ def ids(place: Path) -> tuple[str, str]:
 @pytest.fixture
 def page(place: Path, ids: tuple[str, str], enter) -> Iterator[Page]:
     with site(place) as address:
-        yield enter(f"{address}/?key={KEY}")
+        yield enter(address)
 
 
 @needs_chromium
@@ -91,10 +91,8 @@ def test_only_what_can_go_on_here_is_offered(page: Page, ids: tuple[str, str]) -
 
 def test_saved_pages_say_the_same(place: Path, ids: tuple[str, str], visit) -> None:
     with site(place) as address:
-        host = visit(address)
-        host.http.get("/", params={"key": KEY})
         garden, program = [
-            host.http.get(f"/api/episodes/{id}/export.html").text for id in ids
+            visit(address).http.get(f"/api/episodes/{id}/export.html").text for id in ids
         ]  # fmt: skip
     assert "add: pond" in garden
     assert "<h2>Outcome" in garden

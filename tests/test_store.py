@@ -193,13 +193,13 @@ def test_nan_is_refused(place):
 
 def test_what_was_stored_is_read_back_by_another_process(place):
     with Store.open(place) as store:
-        id = store.begin(**EPISODE, profile="baker", settings={"k": 3}, owner="ann")
+        id = store.begin(**EPISODE, profile="baker", settings={"k": 3})
         store.append(id, a_round(1))
         store.append(id, a_round(2, belief=Belief.uniform(())))
         store.finish(id, ended="terminated", score=0.5)
     with Store.open(place) as store:
         (info,) = store.episodes()
-        assert (info.id, info.profile, info.settings, info.owner) == (id, "baker", {"k": 3}, "ann")
+        assert (info.id, info.profile, info.settings) == (id, "baker", {"k": 3})
         assert (info.ended, info.score, info.rounds) == ("terminated", 0.5, 2)
         stored = store.rounds(id)
     assert [values_of(r) for r in stored] == [

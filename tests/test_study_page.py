@@ -37,7 +37,7 @@ def file(tmp_path: Path) -> Path:
 
 @pytest.fixture
 def address(file: Path) -> Iterator[str]:
-    with site(file, password="nobody-knows-it") as running:
+    with site(file) as running:
         yield f"{running}/study/shop?id=ann"
 
 

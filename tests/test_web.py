@@ -17,9 +17,8 @@ from goalscope.agent.settings import Settings
 from goalscope.base.types import Action, GoalscopeError, StepResult, Turn
 from goalscope.belief.belief import Belief
 from goalscope.storage.store import Store
-from goalscope.web import conversations
 from goalscope.web.exports import room_picture
-from sites import KEY, WRITES, FailsOnce, Person, site
+from sites import WRITES, FailsOnce, Person, site
 
 CAKE = "I want to bake a cake. Please add flour."
 
@@ -210,9 +209,8 @@ def test_an_episode_goes_on_after_the_server_was_started_again(tmp_path: Path, v
         ann = visit(address)
         mine = ann.begin()
         before = ann.say(mine, CAKE)
-        cookies = ann.http.cookies
     with site(tmp_path / "episodes.db") as address:
-        back = visit(address, cookies=cookies)
+        back = visit(address)
         after = back.live(mine)
         assert after["version"] > before["version"]
         assert {**after, "version": 0} == {**before, "version": 0}
@@ -245,13 +243,29 @@ def test_the_room_of_a_simulated_person_is_their_own(tmp_path: Path) -> None:
     assert pictures[0] != pictures[1]
 
 
-def test_the_host_finds_an_episode_by_its_words(address: str, visit) -> None:
-    host = visit(address)
-    host.http.get("/", params={"key": KEY})
-    mine = host.begin(domain="house", scene="Bedroom1")
-    found = host.get("/api/episodes", text="house", limit=1)
+def test_an_episode_is_found_by_its_words(address: str, visit) -> None:
+    ann = visit(address)
+    mine = ann.begin(domain="house", scene="Bedroom1")
+    found = ann.get("/api/episodes", text="house", limit=1)
     assert found["total"] >= 1
     assert mine.endswith(found["episodes"][0]["id"])
+
+
+def test_what_cannot_go_on_here_is_only_shown(tmp_path: Path, visit) -> None:
+    begun = {"domain": "grocery", "method": "good", "model": "words", "task": "t"}
+    with Store.open(tmp_path / "episodes.db") as store:
+        ids = [
+            store.begin(**begun | changes, settings=asdict(Settings()))
+            for changes in ({}, {"profile": "baker"}, {"model": "other"}, {"domain": "/my.py"})
+        ]
+    with site(tmp_path / "episodes.db") as address:
+        ann = visit(address)
+        shown = [ann.get(f"/api/episodes/{id}")["live"] for id in ids]
+        assert [bool(live) for live in shown] == [True, False, False, False]
+        for id in ids[1:]:
+            said = {"text": "hi", "round": 1}
+            answer = ann.http.post(f"/api/episodes/{id}/utterances", json=said)
+            assert answer.status_code == 409
 
 
 class FullDisk(Store):
@@ -317,7 +331,7 @@ def test_an_episode_that_has_gone_on_elsewhere_is_read_anew(tmp_path: Path, visi
         ann = visit(one)
         mine = ann.begin()
         ann.say(mine, CAKE)
-        there = visit(other, cookies={"goalscope_visitor": ann.http.cookies["goalscope_visitor"]})
+        there = visit(other)
         there.say(mine, "And milk.")
         assert ann.live(mine)["round"] == 3
         assert ann.say(mine, "And eggs.")["round"] == 4
@@ -330,10 +344,9 @@ def test_what_could_not_be_opened_is_tried_again(tmp_path: Path, visit) -> None:
         mine = ann.begin()
         ann.say(mine, CAKE)
         ann.post(f"{mine}/corrections", kind="pin", goal="feed the birds")
-        cookies = ann.http.cookies
     model = FailsOnce()
     with site(tmp_path / "episodes.db", model) as address:
-        back = visit(address, cookies=cookies)
+        back = visit(address)
         model.fails = True
         assert back.live(mine)["error"] == "The model is away. Try again."
         for kind, live in back.events(mine):
@@ -367,20 +380,3 @@ def test_reasons_can_be_read_while_a_round_runs(tmp_path: Path, visit) -> None:
             assert len(ann.get(f"{mine}/why", goal=goal)["reasons"]) == 1
         finally:
             Slow.gate.set()
-
-
-def test_an_episode_stays_open_until_its_first_request_is_over(
-    tmp_path: Path, visit, monkeypatch
-) -> None:
-    monkeypatch.setattr(conversations, "MAX_OPEN", 0)
-    closed: list[str] = []
-    monkeypatch.setattr(
-        conversations.Conversation, "close", lambda conversation: closed.append(conversation.id)
-    )
-    with site(tmp_path / "episodes.db") as address:
-        ann = visit(address)
-        episodes = [ann.begin() for _ in range(3)]
-        assert closed == []
-        monkeypatch.setattr(conversations, "OPEN_SECONDS", 0.0)
-        ann.begin()
-        assert [f"/api/episodes/{id}" for id in closed] == episodes

@@ -1,7 +1,10 @@
-"""Goal tracking by HTTP."""
+"""Goal tracking over HTTP and over the Model Context Protocol: the same operations and answers."""
 
+import asyncio
+import json
+import re
 import threading
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
 
@@ -9,12 +12,16 @@ import httpx
 import pytest
 
 from fakes import WordModel
+from goalscope.storage.store import Store
+from goalscope.storage.tracking import Trackers
 from processes import started
 from sites import KEY, WRITES, FailsOnce, site
 
 TASK = "Help in the kitchen."
 GOALS = ["bake a cake", "cook tomato soup"]
-CAKE = {"query": "Yes?", "utterance": "I bake a cake, a big cake."}
+SAID = "I bake a cake, a big cake."
+
+Ask = Callable[..., Any]
 
 
 class Program(httpx.Client):
@@ -23,10 +30,10 @@ class Program(httpx.Client):
     def __init__(self, address: str, key: str = KEY) -> None:
         super().__init__(base_url=address, headers={"authorization": f"Bearer {key}"}, timeout=60)
 
-    def opened(self, **more: Any) -> str:
-        answer = self.post("/api/trackers", json={"task": TASK, "goals": GOALS, **more})
-        assert answer.status_code == 201, answer.text
-        return f"/api/trackers/{answer.json()['id']}"
+    def ask(self, operation: str, **given: Any) -> Any:
+        """The answer, or the sentence of an error."""
+        answer = self.post(f"/api/tracking/{operation}", json=given)
+        return answer.json() if answer.is_success else answer.json()["error"]
 
 
 @pytest.fixture
@@ -35,183 +42,145 @@ def program(address: str) -> Iterator[Program]:
         yield program
 
 
-@pytest.fixture
-def mine(program: Program) -> str:
-    """The address of a session that was opened."""
-    return program.opened()
+def over_mcp(trackers: Trackers) -> Ask:
+    """Calls tools in this process."""
+    pytest.importorskip("mcp")
+    from mcp.server.mcpserver.exceptions import ToolError
+
+    from goalscope.web.mcp import create_server
+
+    server = create_server(trackers)
+
+    def ask(tool: str, **given: Any) -> Any:
+        try:
+            return asyncio.run(server.call_tool(tool, given)).structured_content
+        except ToolError as error:
+            return str(error)
+
+    return ask
 
 
-def test_a_belief_is_kept_corrected_and_explained(mine: str, program: Program) -> None:
-    told = program.put(f"{mine}/turns/1", json=CAKE).json()
-    assert (told["turn"], told["closed"]) == (1, False)
+@pytest.fixture(params=["http", "mcp"])
+def ask(request: pytest.FixtureRequest, tmp_path: Path) -> Iterator[Ask]:
+    """Asks for an operation in one of two ways."""
+    if request.param == "http":
+        yield request.getfixturevalue("program").ask
+    else:
+        with Store.open(tmp_path / "episodes.db") as store:
+            yield over_mcp(Trackers(store, lambda: WordModel(WRITES)))
+
+
+def test_a_belief_is_kept_corrected_and_explained(ask: Ask) -> None:
+    opened = ask("open_session", task=TASK, goals=GOALS)
+    assert (opened["turn"], opened["advice"]) == (0, "ask")
+    id = opened["id"]
+    told = ask("observe", session=id, query="Yes?", utterance=SAID, turn=1)
+    assert (told["turn"], told["closed"], told["belief"]["set_90"]) == (1, False, None)
     assert told["belief"]["goals"][0]["text"] == "bake a cake"
-    assert program.get(mine).json() == told
-    more = program.post(f"{mine}/goals", json={"goals": ["make tea"]}).json()
-    assert len(more["belief"]["goals"]) == 4
-    pinned = program.post(f"{mine}/corrections", json={"kind": "pin", "goal": "make tea"}).json()
-    assert pinned["belief"]["goals"][0]["text"] == "make tea"
-    assert pinned["advice"] == "act"
-    assert pinned["because"].startswith("It has ")
+    assert ask("observe", session=id, query=" Yes? ", utterance=SAID, turn=1) == told
+    assert ask("belief", session=id) == told
+    assert len(ask("add_goals", session=id, goals=["make tea"])["belief"]["goals"]) == 4
+    pinned = ask("correct", session=id, kind="pin", goal="make tea")
+    assert pinned["belief"]["goals"][0]["pinned"]
+    assert (pinned["advice"], pinned["because"][:7]) == ("act", "It has ")
     assert [each["kind"] for each in pinned["changes"]] == ["added", "pinned"]
-    why = program.get(f"{mine}/why", params={"goal": "bake a cake"}).json()
-    assert [each["utterance"] for each in why["reasons"]] == [CAKE["utterance"]]
-    assert program.get(mine).json()["belief"]["set_90"] is None
-    closed = program.post(f"{mine}/close").json()
+    why = ask("why", session=id, goal="bake a cake")
+    assert [each["utterance"] for each in why["reasons"]] == [SAID]
+    closed = ask("close_session", session=id)
     assert (closed["closed"], closed["advice"], closed["because"]) == (True, None, None)
-    assert program.put(f"{mine}/turns/2", json=CAKE).status_code == 409
+    assert "This session is closed." in ask("observe", session=id, utterance="soup")
 
 
-def test_a_request_that_is_sent_again_counts_once(mine: str, program: Program) -> None:
-    told = [program.put(f"{mine}/turns/1", json=CAKE) for _ in range(3)]
-    assert {each.status_code for each in told} == {200}
-    assert told[0].json() == told[1].json() == told[2].json()
-    other = program.put(f"{mine}/turns/1", json={**CAKE, "utterance": "soup"})
-    assert (other.status_code, other.json()) == (
-        409, {"error": "Turn 1 was sent before with different words."},
-    )  # fmt: skip
-    assert program.put(f"{mine}/turns/3", json=CAKE).status_code == 409
-    program.put(f"{mine}/turns/2", json={"utterance": "soup"})
-    spaced = {name: f" {text} " for name, text in CAKE.items()}
-    assert program.put(f"{mine}/turns/1", json=spaced).json() == told[0].json()
-    assert program.get(mine).json()["turn"] == 2
+def test_sessions_are_listed_and_deleted(ask: Ask) -> None:
+    ids = [ask("open_session", task=TASK)["id"] for _ in range(3)]
+    ask("observe", session=ids[1], utterance=SAID)
+    ask("close_session", session=ids[1])
+    listed = ask("list_sessions", limit=3)["sessions"]
+    assert [(each["id"], each["turns"], each["closed"]) for each in listed] == [
+        (ids[2], 0, False), (ids[1], 1, True), (ids[0], 0, False),
+    ]  # fmt: skip
+    assert ask("delete_session", session=ids[1]) == {"deleted": ids[1]}
+    (last,) = ask("list_sessions", limit=1, offset=1)["sessions"]
+    assert (last["id"], last["task"]) == (ids[0], TASK)
+    assert "no tracking session" in ask("belief", session=ids[1])
 
 
-def test_requests_at_the_same_time_count_once(mine: str, program: Program) -> None:
-    found: list[int] = []
+def test_an_error_is_a_sentence(ask: Ask) -> None:
+    id = ask("open_session", task=TASK, goals=GOALS)["id"]
+    before = ask("observe", session=id, utterance=SAID)
+    for sentence, operation, given in [
+        ("There is no tracking session 'x'.", "belief", {"session": "x"}),
+        ("The utterance is empty.", "observe", {"session": id, "utterance": " "}),
+        ("with different words", "observe", {"session": id, "utterance": "no", "turn": 1}),
+        ("The next turn is 2", "observe", {"session": id, "utterance": "no", "turn": 3}),
+        ("at most 200", "add_goals", {"session": id, "goals": [str(n) for n in range(199)]}),
+        ("The new wording is empty.", "correct",
+         {"session": id, "kind": "reword", "goal": GOALS[0]}),
+        ("kind: Input should be 'pin', 'veto' or 'reword'. It takes session, kind, goal, text.",
+         "correct", {"session": id, "kind": "praise", "goal": GOALS[0]}),
+        ("The field 'utterance' is missing. It takes ", "observe", {"session": id}),
+        ("There is no field 'text'. It takes session, utterance, query, turn.",
+         "observe", {"session": id, "utterance": SAID, "text": SAID}),
+        ("limit: Input should be", "list_sessions", {"limit": 0}),
+        ("goals.1: Input should be a valid string", "open_session",
+         {"task": TASK, "goals": ["tea", 2]}),
+    ]:  # fmt: skip
+        error = ask(operation, **given)
+        assert sentence in error
+        assert not re.search("Traceback|pydantic|Error executing", error)
+        assert len(error.splitlines()) == 1
+    assert ask("belief", session=id) == before
 
-    def tell() -> None:
-        found.append(program.put(f"{mine}/turns/1", json=CAKE).status_code)
 
-    threads = [threading.Thread(target=tell) for _ in range(8)]
+@pytest.mark.parametrize(
+    ("operation", "sent", "status", "error"),
+    [
+        ("open_session", {"json": [TASK]}, 422, "must be a JSON object, sent as application/json"),
+        ("open_session", {"data": {"task": TASK}}, 422, "It takes task, goals, propose."),
+        ("open_session", {}, 422, "must be a JSON object"),
+        ("open_session", {"content": b"\xff{"}, 400, "Send a JSON object in UTF-8."),
+        ("open_session", {"content": '{"task": }'}, 422, "must be a JSON object"),
+        ("open_session", {"json": {"task": "x" * 70_000}}, 413, "longer than"),
+        ("forget", {"json": {}}, 404, "openapi.json"),
+    ],
+)
+def test_another_body_is_refused_with_what_is_taken(
+    program: Program, operation: str, sent: dict[str, Any], status: int, error: str
+) -> None:
+    headers = {"content-type": "application/json"} if "content" in sent else {}
+    answer = program.post(f"/api/tracking/{operation}", **sent, headers=headers)
+    assert (answer.status_code, error in answer.json()["error"]) == (status, True), answer.text
+
+
+def test_requests_at_the_same_time_count_once(program: Program) -> None:
+    id = program.ask("open_session", task=TASK, goals=GOALS)["id"]
+    answers: list[Any] = []
+    given = {"session": id, "utterance": SAID, "turn": 1}
+    threads = [
+        threading.Thread(target=lambda: answers.append(program.ask("observe", **given)))
+        for _ in range(8)
+    ]
     for thread in threads:
         thread.start()
     for thread in threads:
         thread.join()
-    assert found == [200] * 8
-    assert program.get(mine).json()["turn"] == 1
+    assert answers == [program.ask("belief", session=id)] * 8
 
 
-@pytest.mark.parametrize(
-    ("method", "path", "body", "status"),
-    [
-        ("PUT", "/turns/1", {"utterance": " "}, 400),
-        ("PUT", "/turns/1", {"utterance": "x" * 4001}, 400),
-        ("PUT", "/turns/1", {"query": "x" * 4001, "utterance": "a"}, 400),
-        ("PUT", "/turns/1", {"utterance": "x" * 70_000}, 413),
-        ("PUT", "/turns/1", {}, 422),
-        ("PUT", "/turns/1", {**CAKE, "turn": 1}, 422),
-        ("PUT", "/turns/0", CAKE, 422),
-        ("PUT", "/turns/one", CAKE, 422),
-        ("POST", "/goals", {"goals": ["x" * 501]}, 400),
-        ("POST", "/goals", {"goals": [str(n) for n in range(199)]}, 400),
-        ("POST", "/goals", {"goals": "bake"}, 422),
-        ("POST", "/corrections", {"kind": "veto", "goal": "x"}, 400),
-        ("POST", "/corrections", {"kind": "praise", "goal": "x"}, 422),
-        ("POST", "/corrections", {"kind": "reword", "goal": GOALS[0]}, 400),
-        ("POST", "/no", {}, 404),
-        ("PUT", "", {}, 405),
-        ("GET", "/why?goal=x", None, 400),
-    ],
-)
-def test_what_cannot_be_used_is_refused_in_a_sentence(
-    mine: str, program: Program, method: str, path: str, body: dict[str, Any] | None, status: int
-) -> None:
-    before = program.get(mine).json()
-    answer = program.request(method, mine + path, json=body)
-    assert answer.status_code == status
-    assert answer.json()["error"].endswith((".", "a cake; cook tomato soup"))
-    assert program.get(mine).json() == before
-
-
-JSON = {"content-type": "application/json"}
-TAKES = "It takes task, goals, propose."
-
-
-@pytest.mark.parametrize(
-    ("sent", "status", "error"),
-    [
-        ({"json": {"task": TASK, "propse": True}}, 422, f"There is no field 'propse'. {TAKES}"),
-        ({"json": {"tsk": TASK}}, 422, f"There is no field 'tsk'. {TAKES}"),
-        ({"json": {}}, 422, f"The field 'task' is missing. {TAKES}"),
-        ({"json": [TASK]}, 422, "The body must be a JSON object, sent as application/json."),
-        ({"data": {"task": TASK}}, 422, "The body must be a JSON object"),
-        ({"content": '{"task": "x"}', "headers": {"content-type": "text/plain"}}, 422, "JSON obj"),
-        ({}, 422, "The body must be a JSON object"),
-        ({"content": '{"task": }', "headers": JSON}, 422, "not JSON: Expecting value at character"),
-        (
-            {"content": '{"task": "a", "task": "b"}', "headers": JSON},
-            422,
-            "'task' stands there twice",
-        ),
-        ({"content": b"\xff{", "headers": JSON}, 400, "Send a JSON object in UTF-8."),
-    ],
-)
-def test_a_body_that_is_another_is_refused_with_what_is_taken(
-    program: Program, sent: dict[str, Any], status: int, error: str
-) -> None:
-    before = program.get("/api/trackers").json()
-    answer = program.post("/api/trackers", **sent)
-    assert (answer.status_code, error in answer.json()["error"]) == (status, True), answer.text
-    assert program.get("/api/trackers").json() == before
-
-
-def test_what_a_request_gets_wrong_is_named(mine: str, program: Program) -> None:
-    reword = program.post(f"{mine}/corrections", json={"kind": "reword", "goal": GOALS[0]})
-    assert reword.json() == {"error": "The new wording is empty. Give at least one word."}
-    gone = {"error": "There is no such session, or it belongs to somebody else."}
-    assert program.get("/api/trackers/none").json() == gone
-    assert "openapi.json" in program.get("/api/nowhere").json()["error"]
-    assert "openapi.json" in program.delete("/api/trackers").json()["error"]
-
-
-def test_no_session_but_of_a_tracker_is_reached(mine: str, program: Program, address: str) -> None:
-    shop = program.post("/api/episodes", json={}).json()["id"]
-    for method, path, body in [
-        ("GET", "", None),
-        ("GET", "/why", None),
-        ("PUT", "/turns/1", CAKE),
-        ("POST", "/goals", {"goals": ["x"]}),
-        ("POST", "/corrections", {"kind": "pin", "goal": "x"}),
-        ("POST", "/close", None),
-        ("DELETE", "", None),
-    ]:
-        for unknown in ("none", shop):
-            answer = program.request(method, f"/api/trackers/{unknown}{path}", json=body)
-            assert answer.status_code == 404, path
-    assert httpx.put(f"{address}{mine}/turns/1", json=CAKE).status_code == 403
+def test_nobody_without_the_key_reaches_a_session(program: Program, address: str) -> None:
+    id = program.ask("open_session", task=TASK)["id"]
+    body = {"session": id, "utterance": SAID}
+    assert httpx.post(f"{address}/api/tracking/observe", json=body).status_code == 401
     with Program(address, "wrong") as stranger:
-        assert stranger.put(f"{mine}/turns/1", json=CAKE).status_code == 401
-        assert stranger.get(mine).status_code == 401
-
-
-def test_who_began_a_session_lists_and_deletes_it(address: str, visit) -> None:
-    ann, ben = visit(address), visit(address)
-    ann.post("/api/episodes", 201)
-    ids = [ann.post("/api/trackers", 201, task=TASK, goals=GOALS)["id"] for _ in range(3)]
-    ann.http.put(f"/api/trackers/{ids[1]}/turns/1", json=CAKE)
-    ben.post("/api/trackers", 201, task="Ben's")
-    listed = ann.get("/api/trackers")["trackers"]
-    assert [(each["id"], each["rounds"]) for each in listed] == [
-        (ids[2], 0), (ids[1], 1), (ids[0], 0),
-    ]  # fmt: skip
-    assert [each["task"] for each in ben.get("/api/trackers")["trackers"]] == ["Ben's"]
-    one = ann.http.get("/api/trackers", params={"limit": 1, "offset": 1}).json()
-    assert [each["id"] for each in one["trackers"]] == [ids[1]]
-    gone = f"/api/trackers/{ids[1]}"
-    assert ben.http.delete(gone).status_code == 404
-    assert ann.get(gone)["turn"] == 1
-    deleted = ann.http.delete(gone)
-    assert (deleted.status_code, deleted.content) == (204, b"")
-    assert [each["id"] for each in ann.get("/api/trackers")["trackers"]] == [ids[2], ids[0]]
-    assert ann.http.get("/api/episodes", params={"text": "big cake"}).json()["total"] == 0
-    for method in ("GET", "DELETE"):
-        assert ann.http.request(method, gone).status_code == 404
-    assert ann.http.put(f"{gone}/turns/2", json=CAKE).status_code == 404
+        assert "not the server's key" in stranger.ask("observe", **body)
+    assert program.ask("belief", session=id)["turn"] == 0
+    shop = program.post("/api/episodes", json={}).json()["id"]
+    assert "no tracking session" in program.ask("observe", session=shop, utterance=SAID)
 
 
 def test_the_page_lists_and_shows_a_session_and_does_not_go_on_with_it(program: Program) -> None:
-    id = program.opened().rpartition("/")[2]
-    program.put(f"/api/trackers/{id}/turns/1", json=CAKE)
+    id = program.ask("open_session", task=TASK, goals=GOALS)["id"]
+    program.ask("observe", session=id, utterance=SAID)
     listed = program.get("/api/episodes", params={"text": "big cake"}).json()["episodes"]
     assert id in {each["id"] for each in listed if each["domain"] == "tracking"}
     shown = program.get(f"/api/episodes/{id}").json()
@@ -220,7 +189,7 @@ def test_the_page_lists_and_shows_a_session_and_does_not_go_on_with_it(program: 
     assert program.get(f"/api/episodes/{id}/export.html").status_code == 200
     assert program.get(f"/api/episodes/{id}/picture.svg?round=1").status_code == 400
     answer = program.post(f"/api/episodes/{id}/utterances", json={"text": "hi", "round": 2})
-    assert answer.status_code == 400
+    assert answer.status_code == 409
 
 
 class Slow(WordModel):
@@ -240,79 +209,118 @@ class Slow(WordModel):
 def test_reading_waits_for_nobody(tmp_path: Path) -> None:
     model = Slow()
     with site(tmp_path / "episodes.db", model) as address, Program(address) as program:
-        mine = program.opened()
-        told = threading.Thread(
-            target=program.put, args=[f"{mine}/turns/1"], kwargs={"json": {"utterance": "slow"}}
-        )
+        id = program.ask("open_session", task=TASK)["id"]
+        given = {"session": id, "utterance": "slow"}
+        told = threading.Thread(target=program.ask, args=["observe"], kwargs=given)
         told.start()
         assert model.begun.wait(20)
-        assert program.get(mine).json()["turn"] == 0
+        assert program.ask("belief", session=id)["turn"] == 0
         model.go.set()
         told.join()
-        assert program.get(mine).json()["turn"] == 1
+        assert program.ask("belief", session=id)["turn"] == 1
 
 
-def test_a_turn_that_a_failing_model_could_not_read_can_be_told_again(tmp_path: Path) -> None:
+def test_a_turn_that_a_failing_model_could_not_read_can_be_sent_again(tmp_path: Path) -> None:
     model = FailsOnce()
     with site(tmp_path / "episodes.db", model) as address, Program(address) as program:
-        mine = program.opened()
+        id = program.ask("open_session", task=TASK)["id"]
         model.fails = True
-        failed = program.put(f"{mine}/turns/1", json=CAKE)
+        body = {"session": id, "utterance": SAID, "turn": 1}
+        failed = program.post("/api/tracking/observe", json=body)
         assert (failed.status_code, failed.json()) == (
             503, {"error": "The model is away. Try again."},
         )  # fmt: skip
-        assert program.get(mine).json()["turn"] == 0
-        assert program.put(f"{mine}/turns/1", json=CAKE).status_code == 200
+        assert program.ask("belief", session=id)["turn"] == 0
+        assert program.ask("observe", **body)["turn"] == 1
+
+
+def test_both_interfaces_describe_the_same_operations(program: Program, tmp_path: Path) -> None:
+    pytest.importorskip("mcp")
+    from goalscope.web.mcp import create_server
+
+    with Store.open(tmp_path / "episodes.db") as store:
+        server = create_server(Trackers(store, WordModel))
+        tools = {each.name: each for each in asyncio.run(server.list_tools())}
+    described = program.get("/api/openapi.json").json()
+    schemas = described["components"]["schemas"]
+    routes = {
+        path.removeprefix("/api/tracking/"): ways["post"]
+        for path, ways in described["paths"].items()
+        if path.startswith("/api/tracking/")
+    }
+    assert routes.keys() == tools.keys()
+    for name, tool in tools.items():
+        assert tool.description == routes[name]["description"]
+        assert len(tool.description) < 120
+        assert tool.output_schema
+        taken = tool.input_schema["properties"]
+        assert taken.keys() == schemas[name]["properties"].keys()
+        assert all(each["description"] for each in taken.values())
+        assert routes[name]["security"] == [{"key": []}]
+        answers = routes[name]["responses"]
+        for status in ("400", "409", "422", "503"):
+            schema = answers[status]["content"]["application/json"]["schema"]["$ref"]
+            assert schema.endswith("/ErrorBody")
+
+
+def test_an_answer_over_mcp_is_short(tmp_path: Path) -> None:
+    with Store.open(tmp_path / "episodes.db") as store:
+        ask = over_mcp(Trackers(store, WordModel))
+        id = ask("open_session", task=TASK, goals=[f"bake {n} cakes" for n in range(40)])["id"]
+        told = ask("observe", session=id, utterance=SAID)
+        assert len(told["belief"]["goals"]) == 10
+        assert told["notes"] == ["Of 41 goals, the 10 likeliest are shown."]
+        assert not re.search(r"\d\.\d{5}", json.dumps([told, ask("why", session=id)]))
+        assert "There is no tool 'forget', but open_session, observe, " in ask("forget")
+
+
+class Wire:
+    """The protocol by hand: a line of JSON for each message."""
+
+    def __init__(self, store: Path) -> None:
+        self.process = started("mcp", "--store", str(store))
+        self.last = 0
+        told = {"name": "test", "version": "1"}
+        version = {"protocolVersion": "2025-06-18", "capabilities": {}, "clientInfo": told}
+        self.ask("initialize", version)
+        self.send({"method": "notifications/initialized"})
+
+    def send(self, message: dict[str, Any]) -> None:
+        assert self.process.stdin
+        self.process.stdin.write(json.dumps({"jsonrpc": "2.0", **message}) + "\n")
+        self.process.stdin.flush()
+
+    def ask(self, method: str, params: dict[str, Any]) -> Any:
+        """Every line that comes must be an answer."""
+        assert self.process.stdout
+        self.last += 1
+        self.send({"id": self.last, "method": method, "params": params})
+        answer = json.loads(self.process.stdout.readline())
+        assert answer["id"] == self.last, answer
+        return answer["result"]
+
+    def call(self, tool: str, **given: Any) -> Any:
+        return self.ask("tools/call", {"name": tool, "arguments": given})["structuredContent"]
 
 
 def test_a_turn_that_was_answered_outlives_the_server(tmp_path: Path) -> None:
-    store = str(tmp_path / "episodes.db")
-
-    def serve():
-        process = started("serve", "--port", "0", "--store", store, GOALSCOPE_KEY=KEY)
-        assert process.stdout
-        return process, process.stdout.readline().split()[-1]
-
-    process, address = serve()
-    with Program(address) as program:
-        mine = program.opened()
-        told = program.put(f"{mine}/turns/1", json=CAKE).json()
-        process.kill()
-    process.communicate()
-    process, address = serve()
-    with Program(address) as program:
-        assert program.get(mine).json() == told
-        assert program.put(f"{mine}/turns/1", json=CAKE).json() == told
-        assert program.put(f"{mine}/turns/2", json=CAKE).json()["turn"] == 2
-    process.terminate()
-    process.communicate()
+    pytest.importorskip("mcp")
+    wire = Wire(tmp_path / "episodes.db")
+    id = wire.call("open_session", task=TASK, goals=GOALS)["id"]
+    told = wire.call("observe", session=id, utterance=SAID, turn=1)
+    wire.process.kill()
+    wire.process.communicate()
+    again = Wire(tmp_path / "episodes.db")
+    assert again.call("belief", session=id) == told
+    assert again.call("observe", session=id, utterance=SAID, turn=1) == told
+    rest, _ = again.process.communicate()
+    assert (rest, again.process.returncode) == ("", 0)
 
 
-def test_the_interface_describes_itself(program: Program) -> None:
-    described = program.get("/api/openapi.json").json()
-    observe = described["paths"]["/api/trackers/{id}/turns/{turn}"]["put"]
-    answer = observe["responses"]["200"]["content"]["application/json"]["schema"]["$ref"]
-    view = described["components"]["schemas"][answer.rpartition("/")[2]]
-    assert view["properties"]["advice"]["anyOf"] == [
-        {"type": "string", "enum": ["act", "ask", "propose"]}, {"type": "null"},
-    ]  # fmt: skip
-    schemes = described["components"]["securitySchemes"]
-    assert [each for way in observe["security"] for each in way] == [*schemes]
-    assert [(each["type"], each["scheme"]) for each in schemes.values()] == [("http", "bearer")]
-    assert observe["description"]
-    mine = program.opened()
-    program.delete(mine)
-    told = [
-        program.get(mine),
-        program.put(f"{mine}/turns/0", json=CAKE),
-        program.post("/api/trackers", json={"task": " "}),
-    ]
-    for answer, path, method in (
-        (told[0], "/api/trackers/{id}", "get"),
-        (told[1], "/api/trackers/{id}/turns/{turn}", "put"),
-        (told[2], "/api/trackers", "post"),
-    ):
-        ways = described["paths"][path][method]["responses"]
-        refused = ways[str(answer.status_code)]["content"]["application/json"]["schema"]["$ref"]
-        schema = described["components"]["schemas"][refused.rpartition("/")[2]]
-        assert set(schema["properties"]) == set(answer.json()) == {"error"}
+@pytest.mark.parametrize("option", ["--model", "--generator", "--scorer", "--adapter"])
+def test_a_model_that_is_not_there_is_refused_at_the_start(tmp_path: Path, option: str) -> None:
+    from test_cli import fails
+
+    named = tmp_path / "nope.gguf"
+    line = fails(1, "mcp", option, named, "--store", tmp_path / "episodes.db")
+    assert str(named) in line

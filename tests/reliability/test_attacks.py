@@ -16,12 +16,10 @@ import pytest
 from fastapi.routing import APIRoute
 
 from fakes import WordModel
-from goalscope.base.types import InvalidInputError
-from goalscope.cli.serve import serve
 from goalscope.storage.store import Store
 from goalscope.web.app import create_app
 from goalscope.web.guard import Guard
-from sites import KEY, WRITES, Person, site
+from sites import ENTERED, KEY, WRITES, Person, site
 
 CANARY = re.compile(r"canary\d{3}x")
 CHANGES = {"POST", "PUT", "PATCH", "DELETE"}
@@ -69,8 +67,8 @@ def test_nobody_reads_the_words_of_another(
         told.append(str(person.get(f"{mine}/why", goal=goal)))
         told.append(str(next(person.events(mine))))
         told += [person.http.get(f"{mine}/export.{form}").text for form in ("json", "html")]
-        told += [str(person.get(path)) for path in (mine, "/api/episodes")]
-        assert all(canary in each for each in told[:-1])  # a list has no words
+        told.append(str(person.get(mine)))
+        assert all(canary in each for each in told)
         person.http.close()
         return canary, mine.rpartition("/")[2], told
 
@@ -78,11 +76,10 @@ def test_nobody_reads_the_words_of_another(
         people = list(pool.map(chat, range(count)))
     with Store.open(tmp_path / "episodes.db") as store:
         stored = {id: f"{store.episode(id)} {store.rounds(id)}" for _, id, _ in people}
-        owners = {store.episode(id).owner for id in stored}
     for canary, id, told in people:
         for text in (*told, stored[id]):
             assert {*CANARY.findall(text)} <= {canary}
-    assert len(stored) == len(owners) == count
+    assert len(stored) == count
     assert max(map(len, model.met)) == 1
     assert {*map(frozenset, model.met)} >= {frozenset([canary]) for canary, _, _ in people}
     record_property(
@@ -116,29 +113,32 @@ def endpoints(app: Any) -> list[tuple[str, str]]:
 HOST = "goalscope.test:8000"
 OWN, EVIL = f"http://{HOST}", "http://evil.example"
 BEARER = ("authorization", f"Bearer {KEY}")
-COOKIE = ("cookie", "goalscope_visitor=" + "v" * 43)
+COOKIE = ("cookie", "; ".join(f"{name}={value}" for name, value in ENTERED.items()))
 FORGED = {
-    "foreign": [("host", HOST), ("origin", EVIL)],
-    "foreign with cookie": [("host", HOST), ("origin", EVIL), COOKIE],
+    "foreign": [("host", HOST), ("origin", EVIL), COOKIE],
     "foreign with key": [("host", HOST), ("origin", EVIL), BEARER],
     "null": [("host", HOST), ("origin", "null"), COOKIE],
     "empty": [("host", HOST), ("origin", ""), COOKIE],
-    "duplicate": [("host", HOST), ("origin", OWN), ("origin", EVIL)],
-    "duplicate, foreign first": [("host", HOST), ("origin", EVIL), ("origin", OWN)],
-    "two in one": [("host", HOST), ("origin", f"{OWN}, {EVIL}")],
-    "absent": [("host", HOST)],
-    "absent with cookie": [("host", HOST), COOKIE],
+    "duplicate": [("host", HOST), ("origin", OWN), ("origin", EVIL), COOKIE],
+    "duplicate, foreign first": [("host", HOST), ("origin", EVIL), ("origin", OWN), COOKIE],
+    "two in one": [("host", HOST), ("origin", f"{OWN}, {EVIL}"), COOKIE],
+    "absent": [("host", HOST), COOKIE],
     "absent with cookie and key": [("host", HOST), COOKIE, BEARER],
     "referer alone": [("host", HOST), ("referer", OWN + "/"), COOKIE],
-    "of another port": [("host", HOST), ("origin", "http://goalscope.test:9000")],
-    "of another scheme": [("host", HOST), ("origin", OWN.replace("http", "https"))],
-    "of a name that begins alike": [("host", HOST), ("origin", OWN + ".evil.example")],
-    "rebound host": [("host", "evil.example"), ("origin", EVIL)],
+    "of another port": [("host", HOST), ("origin", "http://goalscope.test:9000"), COOKIE],
+    "of another scheme": [("host", HOST), ("origin", OWN.replace("http", "https")), COOKIE],
+    "of a name that begins alike": [("host", HOST), ("origin", OWN + ".evil.example"), COOKIE],
+    "rebound host": [("host", "evil.example"), ("origin", EVIL), COOKIE],
     "rebound host with key": [("host", "evil.example:8000"), BEARER],
-    "host without port": [("host", "goalscope.test"), ("origin", "http://goalscope.test")],
-    "two hosts": [("host", HOST), ("host", "evil.example"), ("origin", OWN)],
+    "host without port": [("host", "goalscope.test"), ("origin", "http://goalscope.test"), COOKIE],
+    "two hosts": [("host", HOST), ("host", "evil.example"), ("origin", OWN), COOKIE],
     "no host": [("origin", OWN), COOKIE],
-    "forwarded host": [("host", "evil.example"), ("x-forwarded-host", HOST), ("origin", OWN)],
+    "forwarded host": [
+        ("host", "evil.example"),
+        ("x-forwarded-host", HOST),
+        ("origin", OWN),
+        COOKIE,
+    ],
 }
 
 
@@ -168,7 +168,8 @@ def test_no_change_is_taken_from_elsewhere(app: Any, record_property: Callable) 
     refused = 0
     for method, template in changes:
         path = re.sub(r"\{\w+\}", "1", template)
-        assert asyncio.run(asked(method, path, [("host", HOST), ("origin", OWN)])) != 403
+        own = [("host", HOST), ("origin", OWN), COOKIE]
+        assert asyncio.run(asked(method, path, own)) not in (401, 403)
         for name, headers in FORGED.items():
             assert asyncio.run(asked(method, path, headers)) == 403, (method, path, name)
             refused += 1
@@ -187,77 +188,6 @@ def test_no_websocket_is_opened(app: Any) -> None:
     scope = {"type": "websocket", "path": "/", "headers": headers, "query_string": b""}
     asyncio.run(Guard(app, hosts=[HOST], key=KEY)(scope, None, send))  # type: ignore[arg-type]
     assert sent == [{"type": "websocket.close", "code": 1008}]
-
-
-@pytest.mark.parametrize("host", ["0.0.0.0", "::", "", "192.0.2.1", "goalscope.test", "127.0.0.1 "])
-@pytest.mark.parametrize("password", [None, ""])
-def test_without_a_password_only_this_machine_is_served(host: str, password: str | None) -> None:
-    with pytest.raises(InvalidInputError, match="--password"):
-        serve(host=host, port=0, password=password)
-
-
-def example(schema: dict[str, Any], parts: dict[str, Any]) -> Any:
-    """The simplest value of a JSON schema."""
-    if "$ref" in schema:
-        return example(parts[schema["$ref"].rpartition("/")[2]], parts)
-    if "enum" in schema or "const" in schema:
-        return (schema.get("enum") or [schema["const"]])[0]
-    if "anyOf" in schema:
-        return example(schema["anyOf"][0], parts)
-    if schema["type"] == "object":
-        needed = schema.get("required", [])
-        return {name: example(schema["properties"][name], parts) for name in needed}
-    if schema["type"] == "array":
-        return [example(schema["items"], parts)]
-    return {"integer": 1, "string": "x", "boolean": True}[schema["type"]]
-
-
-def requests(described: dict[str, Any]) -> Iterator[tuple[str, str, dict[str, str], Any]]:
-    """Of all that names an episode or a session: method, path with `{id}`, query and body."""
-    parts = described["components"]["schemas"]
-    for path, methods in described["paths"].items():
-        for method, told in methods.items() if "{id}" in path else ():
-            given = {
-                (each["in"], each["name"]): str(example(each["schema"], parts))
-                for each in told.get("parameters", ())
-                if each["required"] and each["name"] != "id"
-            }
-            for (where, name), value in given.items():
-                path = path.replace(f"{{{name}}}", value) if where == "path" else path
-            query = {name: value for (where, name), value in given.items() if where == "query"}
-            body = told.get("requestBody", {}).get("content", {}).get("application/json")
-            yield method.upper(), path, query, body and example(body["schema"], parts)
-
-
-def test_what_another_has_is_as_what_is_not_there(
-    address: str, visit, record_property: Callable
-) -> None:
-    ann, ben, host = visit(address), visit(address), visit(address)
-    host.http.get("/", params={"key": KEY})
-    episode = ann.begin().rpartition("/")[2]
-    ann.say(f"/api/episodes/{episode}", "I want to bake a cake.")
-    goal = ann.live(f"/api/episodes/{episode}")["belief"]["goals"][0]["text"]
-    tracker = ann.post("/api/trackers", 201, task="Help.", goals=["tea"])["id"]
-    before = ann.get(f"/api/episodes/{episode}"), ann.get(f"/api/trackers/{tracker}")
-    ben.get("/api/options")
-    assert ben.get("/api/episodes")["total"] == 0
-    assert host.get(f"/api/episodes/{episode}")["live"] is None
-    tried = 0
-    for method, path, query, body in requests(ann.get("/api/openapi.json")):
-        hers = tracker if "/trackers/" in path else episode
-        query = {name: goal if name == "goal" else value for name, value in query.items()}
-
-        def ask(person: Person, id: str) -> httpx.Response:
-            return person.http.request(method, path.format(id=id), params=query, json=body)  # noqa: B023
-
-        told = [ask(ben, id) for id in (hers, "0" * len(hers), hers[:4], hers.upper() + "x")]
-        assert {(each.status_code, each.text) for each in told} == {(404, told[0].text)}
-        if method in CHANGES:
-            assert ask(host, hers).status_code == 403, (method, path)
-        tried += len(told)
-    assert (ann.get(f"/api/episodes/{episode}"), ann.get(f"/api/trackers/{tracker}")) == before
-    assert tried >= 15 * 4
-    record_property("measured", f"{tried} requests for what is another's: {tried} times 404")
 
 
 OUT = ["../" * depth + "etc/passwd" for depth in (1, 2, 3, 5, 8, 13)]
@@ -283,8 +213,7 @@ PLACES = (
     "/static/{}", "/{}", "/study/{}", "/api/studies/{}", "/api/studies/{}/items/1",
     "/api/episodes/{}", "/api/episodes/{}/export.json", "/api/episodes/{}/export.html",
     "/api/episodes/1/export.{}",
-    "/api/episodes/{}/picture.svg?round=0", "/api/trackers/{}", "/api/trackers/{}/why",
-    "/api/episodes?text={}",
+    "/api/episodes/{}/picture.svg?round=0", "/api/episodes?text={}",
 )  # fmt: skip
 
 

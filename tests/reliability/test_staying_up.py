@@ -6,11 +6,9 @@ import json
 import subprocess
 import sys
 import threading
-import time
 from collections.abc import Callable
 from pathlib import Path
 
-import httpx
 import numpy as np
 import pytest
 
@@ -20,9 +18,8 @@ from goalscope.agent.people import ScriptedHuman
 from goalscope.agent.settings import Settings, open_environment, toolkit_for
 from goalscope.base.types import ModelError, Profile
 from goalscope.models import Completion
-from goalscope.models.served.client import Server
 from processes import environment
-from sites import KEY, WRITES, site
+from sites import KEY, WRITES
 
 PROGRAM = {"authorization": f"Bearer {KEY}"}
 
@@ -105,58 +102,6 @@ class Hangs(WordModel):
         if self.fails:
             raise ModelError("The model is gone. Start it again.")
         return super().token_logprobs(contexts, continuations, end_of_turn=end_of_turn)
-
-
-@pytest.mark.parametrize("wait", [1, pytest.param(8, marks=pytest.mark.slow)])
-def test_health_is_that_the_model_scores_a_word_in_time(
-    wait: int, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, record_property: Callable
-) -> None:
-    model = Hangs()
-    monkeypatch.setattr("goalscope.web.app.WAIT", float(wait))
-    with site(tmp_path / "episodes.db", model) as address:
-
-        def health() -> tuple[int, float, dict]:
-            start = time.monotonic()
-            answer = httpx.get(f"{address}/api/health", headers=PROGRAM, timeout=60)
-            return answer.status_code, time.monotonic() - start, answer.json()
-
-        status, _, told = health()
-        assert (status, model.calls) == (200, 1)
-        assert set(told) == {"seconds"}
-        model.fails = True
-        assert health()[::2] == (503, {"error": "The model is gone. Start it again."})
-        model.fails = False
-        model.go.clear()
-        status, took, told = health()
-        assert status == 503
-        assert f"has not answered for {wait} s" in told["error"]
-        monkeypatch.setattr("goalscope.web.app.WAIT", 0.2)
-        calls = model.calls
-        assert {health()[0] for _ in range(5)} == {503}
-        assert httpx.get(f"{address}/api/options", headers=PROGRAM).status_code == 200
-        assert model.calls == calls  # those who waited had one trial, begun before
-        model.go.set()
-        end = time.monotonic() + 60
-        while health()[0] != 200:
-            assert time.monotonic() < end
-            time.sleep(0.01)
-    record_property("measured", f"a model that hangs is told after {took:.1f} s")
-
-
-def test_health_fails_where_the_models_server_is_gone(tmp_path: Path) -> None:
-    pytest.importorskip("httpx2")
-
-    class Gone(WordModel):
-        """Asks a server that is not there any more."""
-
-        server = Server("http://127.0.0.1:9/v1#m", patience=1)
-
-        def token_logprobs(self, contexts, continuations, *, end_of_turn=False):
-            self.server.post("completions", {})
-
-    with site(tmp_path / "episodes.db", Gone(WRITES)) as address:
-        answer = httpx.get(f"{address}/api/health", headers=PROGRAM, timeout=60)
-        assert answer.status_code == 503
 
 
 @pytest.mark.parametrize("count", [2, pytest.param(50, marks=pytest.mark.slow)])

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+from contextlib import suppress
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -23,49 +24,41 @@ from goalscope.cli.terminal import console, measured_meanwhile, settings_model
 if TYPE_CHECKING:
     from goalscope.models import OpenModel
 
-__all__ = ["kept_key", "mcp", "serve"]
-
-LOOPBACK = ("127.0.0.1", "::1", "localhost")
-
-SHORTEST, SHORTEST_GIVEN = 32, 16
-"""Minimum length of a generated key, and of a key or password that the user gives."""
+SHORTEST = 16
+"""Minimum length of the key."""
 
 
 def kept_key() -> tuple[str, Path]:
     """The key of this user's servers, generated at the first start, and its file.
 
     Raises:
-        GoalscopeError: It cannot be written or read, or has changed.
+        GoalscopeError: It cannot be written or read, or other users can read it.
     """
     import secrets
     import tempfile
 
     file = user_data() / "serve.key"
     if NOWHERE in file.parents:
-        raise GoalscopeError("There is no home folder to keep the host key in. Set GOALSCOPE_KEY.")
+        raise GoalscopeError("There is no home folder to keep the key in. Set GOALSCOPE_KEY.")
     remedy = f"Delete {file} for a new one, or set GOALSCOPE_KEY."
     try:
         if not file.exists():
             file.parent.mkdir(parents=True, exist_ok=True)
-            handle, whole = tempfile.mkstemp(dir=file.parent)  # for this user alone
-            try:
-                with os.fdopen(handle, "w") as new:
+            with tempfile.TemporaryDirectory(dir=file.parent) as folder:
+                whole = Path(folder) / file.name
+                with open(os.open(whole, os.O_CREAT | os.O_WRONLY, 0o600), "w") as new:
                     new.write(secrets.token_urlsafe(24))
                     new.flush()
-                    os.fsync(handle)
-                os.link(whole, file)
-            except FileExistsError:  # another server was faster, and its key counts
-                pass
-            finally:
-                os.unlink(whole)
+                    os.fsync(new.fileno())
+                with suppress(FileExistsError):  # another server was faster, and its key counts
+                    os.link(whole, file)
         shared = os.name == "posix" and file.stat().st_mode & 0o077
         key = file.read_text("ascii").strip()
     except (OSError, UnicodeDecodeError) as error:
-        raise GoalscopeError(f"Cannot save the host key ({error}). {remedy}") from None
-    if shared:
-        raise GoalscopeError(f"Other users can read the host key. {remedy}")
-    if len(key) < SHORTEST:
-        raise GoalscopeError(f"The file of the host key is damaged. {remedy}")
+        raise GoalscopeError(f"Cannot save or read the key ({error}). {remedy}") from None
+    if shared or len(key) < SHORTEST:
+        wrong = "Other users can read the key." if shared else "The file of the key is damaged."
+        raise GoalscopeError(f"{wrong} {remedy}")
     return key, file
 
 
@@ -80,18 +73,10 @@ def serve(
             help="Another HOST[:PORT] under which browsers reach the server, such as a proxy's."
         ),
     ] = None,
-    password: Annotated[
-        str | None,
-        typer.Option(
-            envvar="GOALSCOPE_PASSWORD",
-            help="Password for visitors; required for access from other machines.",
-        ),
-    ] = None,
     key: Annotated[
         str | None,
         typer.Option(
-            envvar="GOALSCOPE_KEY",
-            help="Key to see everybody's episodes.  [default: the saved one]",
+            envvar="GOALSCOPE_KEY", help="Key that opens the page.  [default: the saved one]"
         ),
     ] = None,
     models: ModelOptions,
@@ -100,7 +85,7 @@ def serve(
 ) -> None:
     """Serve the web page: chat, watch the belief, correct it.
 
-    Visitors see only their own episodes; with your key, which is saved, you see everybody's.
+    The address that is printed contains a key, which is saved. Only studies are open without it.
     """
     import socket
 
@@ -115,20 +100,10 @@ def serve(
     from goalscope.web.app import create_app
     from goalscope.web.guard import Guard
 
-    if host not in LOOPBACK and not password:
+    if key and len(key) < SHORTEST:
         raise InvalidInputError(
-            "Other machines could reach this address. Set a --password (or "
-            "GOALSCOPE_PASSWORD) for visitors, or leave out --host."
-        )
-    if key and len(key) < SHORTEST_GIVEN:
-        raise InvalidInputError(
-            f"That key is too easy to guess. Use at least {SHORTEST_GIVEN} characters, or "
-            "leave out --key (and GOALSCOPE_KEY) to have one generated."
-        )
-    if password and len(password) < SHORTEST_GIVEN:
-        raise InvalidInputError(
-            f"That password is too easy to guess. Use at least {SHORTEST_GIVEN} characters "
-            "(--password, GOALSCOPE_PASSWORD)."
+            f"That key is too easy to guess. Use at least {SHORTEST} characters, or leave out "
+            "--key (and GOALSCOPE_KEY) to have one generated."
         )
     family = socket.AF_INET6 if ":" in host else socket.AF_INET
     with socket.socket(family) as listening:
@@ -140,10 +115,9 @@ def serve(
                 f"Cannot listen on {host} port {port}: {error.strerror}. Choose another --port."
             ) from error
         port = listening.getsockname()[1]
-        reached = {"127.0.0.1", "localhost", "[::1]", f"[{host}]" if ":" in host else host}
-        names = {f"{each}:{port}" for each in reached}
-        if port == 80:
-            names |= reached
+        shown = f"[{host}]" if ":" in host else host
+        reached = {"127.0.0.1", "localhost", "[::1]", shown}
+        names = {f"{each}:{port}" for each in reached} | (reached if port == 80 else set[str]())
         key, file = (key, None) if key else kept_key()
         settings = Settings(**models.names(), seed=seed)
         with (
@@ -152,15 +126,12 @@ def serve(
             measured_meanwhile(settings),
         ):
             app = create_app(episodes, engine, settings)
-            guarded = Guard(app, hosts=names | {*(name or ())}, key=key, password=password)
-            shown = f"[{host}]" if ":" in host else host
+            guarded = Guard(app, hosts=names | {*(name or ())}, key=key)
             out = console()
             listening.listen()  # so that who reads the address now is not refused
-            out.print(f"goalscope is running at http://{shown}:{port}/", soft_wrap=True)
             secret = key if out.is_terminal else "KEY"  # what is no terminal may be a log
             out.print(
-                f"For you, with everybody's episodes: http://{shown}:{port}/?key={secret}",
-                soft_wrap=True,
+                f"goalscope is running at http://{shown}:{port}/?key={secret}", soft_wrap=True
             )
             if file:
                 out.print(f"The key is saved in {file}.", style="dim", soft_wrap=True)
@@ -208,4 +179,4 @@ def mcp(
         if models != ModelOptions():
             engine()  # a wrong name fails now, not in the middle of a conversation
         later.enter_context(measured_meanwhile(settings))
-        create_server(Trackers(episodes, engine, settings), episodes).run()
+        create_server(Trackers(episodes, engine, settings)).run()

@@ -29,8 +29,6 @@ from goalscope.envs import Environment, met_checks
 from goalscope.models import Model, model_name
 from goalscope.storage.store import EpisodeInfo, Store, new_episode
 
-__all__ = ["Session", "more_rounds", "resuming", "saved_settings"]
-
 
 def resuming(info: EpisodeInfo) -> str:
     """The command that resumes an episode; Python files of one's own must be named again."""
@@ -92,7 +90,6 @@ class Session:
         *,
         profile: str | None = None,
         read: Callable[[str], str] | None = None,
-        owner: str | None = None,
         resume: EpisodeInfo | None = None,
         progress: Callable[[str], None] | None = None,
         understood: Callable[[Round], None] | None = None,
@@ -107,7 +104,6 @@ class Session:
             profile: Name of the simulated person; `run` needs it unless the human is "you".
             read: Shows a query to the person at the terminal and returns their words; `run` needs
                 it if the human is "you".
-            owner: Whose episode it is, on the web page.
             resume: The stored episode to resume.
             progress: See `Agent`, as for the next.
             understood: Called with each round before the agent acts.
@@ -143,7 +139,6 @@ class Session:
             self._new = new_episode(
                 domain=settings.domain,
                 profile=profile,
-                owner=owner,
                 method=settings.method,
                 model=model_name(model),
                 task=env.task,

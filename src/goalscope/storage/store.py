@@ -51,7 +51,6 @@ class EpisodeInfo:
         ended: None while it runs.
         score: Share of the profile's checks that were met, 0 to 1.
         rounds: Number of rounds stored.
-        owner: Who may see it on the web page; None if it was not begun there.
         first_words: What the person said first, on one line of at most 120 characters; "" as long
             as they have said nothing.
     """
@@ -67,7 +66,6 @@ class EpisodeInfo:
     ended: Ended | None
     score: float | None
     rounds: int
-    owner: str | None = None
     first_words: str = ""
 
     @property
@@ -161,7 +159,6 @@ class Store:
         task: str,
         profile: str | None = None,
         settings: Mapping[str, Any] | None = None,
-        owner: str | None = None,
     ) -> str:
         """Start an episode and return its id."""
         values = new_episode(
@@ -171,7 +168,6 @@ class Store:
             task=task,
             profile=profile,
             settings=settings,
-            owner=owner,
         )
         self.add(values)
         return values["id"]
@@ -320,7 +316,6 @@ class Store:
     def episodes(
         self,
         *,
-        owner: str | None = None,
         domain: str | None = None,
         text: str = "",
         newest_first: bool = False,
@@ -330,7 +325,6 @@ class Store:
         """Return the episodes, oldest first.
 
         Args:
-            owner: Whose; None for everybody's.
             domain: Of which environment; None for all.
             text: Occurs in a turn, or in the id, domain, profile, method, model or task.
             newest_first: Reverse the order.
@@ -338,21 +332,21 @@ class Store:
             offset: Episodes to skip.
         """
         order = EPISODES.c.number.desc() if newest_first else EPISODES.c.number
-        found = _matching(owner, domain, text)
+        found = _matching(domain, text)
         query = _infos().where(*found).order_by(order).limit(limit).offset(offset)
         with self.reading() as connection:
             return [_info(row) for row in connection.execute(query)]
 
-    def count(self, *, owner: str | None = None, domain: str | None = None, text: str = "") -> int:
+    def count(self, *, domain: str | None = None, text: str = "") -> int:
         """Return how many episodes there are; see `episodes`."""
-        found = _matching(owner, domain, text)
+        found = _matching(domain, text)
         query = select(func.count()).select_from(EPISODES).where(*found)
         with self.reading() as connection:
             return connection.scalar(query) or 0
 
-    def domains(self, *, owner: str | None = None) -> list[str]:
+    def domains(self) -> list[str]:
         """Return the domains of the episodes, in alphabetical order."""
-        query = select(EPISODES.c.domain).where(*_matching(owner, None, "")).distinct()
+        query = select(EPISODES.c.domain).distinct()
         with self.reading() as connection:
             return sorted(connection.scalars(query))
 
@@ -379,11 +373,9 @@ def _require_newest(connection: Connection, id: str, round: Round) -> None:
         raise ConflictError(_CHANGED.format(id))
 
 
-def _matching(owner: str | None, domain: str | None, text: str) -> list[ColumnElement[bool]]:
+def _matching(domain: str | None, text: str) -> list[ColumnElement[bool]]:
     row = EPISODES.c
     found: list[ColumnElement[bool]] = []
-    if owner is not None:
-        found.append(row.owner == owner)
     if domain is not None:
         found.append(row.domain == domain)
     if text:

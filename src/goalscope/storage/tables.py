@@ -49,7 +49,6 @@ EPISODES = Table(
     Column("settings", Text, nullable=False),
     Column("ended", EscapedText),
     Column("score", Double),
-    Column("owner", EscapedText, index=True),
     CheckConstraint("ended IN ('terminated', 'truncated')"),
     CheckConstraint("score BETWEEN 0 AND 1"),
 )

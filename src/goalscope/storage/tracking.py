@@ -34,8 +34,6 @@ from goalscope.belief.tracker import Correction, GoalTracker
 from goalscope.models import Model, model_name
 from goalscope.storage.store import EpisodeInfo, Store
 
-__all__ = ["Tracked", "Trackers"]
-
 MAX_GOALS, MAX_TURNS = 200, 200
 """Of a session."""
 
@@ -151,7 +149,6 @@ class Trackers:
         goals: Iterable[str | Goal] = (),
         *,
         propose: bool = False,
-        owner: str | None = None,
     ) -> Tracked:
         """Begin a session.
 
@@ -160,7 +157,6 @@ class Trackers:
             goals: What the person may want.
             propose: Whether the model proposes goals when none explains the words, and removes its
                 own again.
-            owner: Whose session it is.
 
         Raises:
             InvalidInputError: A text is empty, broken or too long, or the goals are too many.
@@ -183,9 +179,12 @@ class Trackers:
                 model=model_name(model),
                 task=task,
                 settings={**asdict(settings), TRACKING: _begun(belief, (), propose)},
-                owner=owner,
             )
         return self.read(id)
+
+    def sessions(self, *, limit: int | None = None, offset: int = 0) -> list[EpisodeInfo]:
+        """The sessions, newest first."""
+        return self._store.episodes(domain=TRACKING, newest_first=True, limit=limit, offset=offset)
 
     def read(self, id: str) -> Tracked:
         """The session as it stands.

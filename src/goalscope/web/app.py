@@ -3,18 +3,18 @@
 from __future__ import annotations
 
 import asyncio
-import time
 from asyncio import wrap_future
-from collections.abc import AsyncGenerator
+from collections.abc import AsyncGenerator, Callable
 from contextlib import asynccontextmanager
 from dataclasses import replace
 from importlib.metadata import version
 from pathlib import Path
-from typing import Annotated, Literal
+from typing import Annotated, Any, Literal
 
-from fastapi import FastAPI, Query
+from fastapi import FastAPI, Query, Security
 from fastapi.exceptions import RequestValidationError
 from fastapi.responses import FileResponse, Response, StreamingResponse
+from fastapi.security import HTTPBearer
 from fastapi.staticfiles import StaticFiles
 from pydantic import BaseModel
 from starlette.exceptions import HTTPException
@@ -22,27 +22,23 @@ from starlette.exceptions import HTTPException
 from goalscope.agent.agent import Method
 from goalscope.agent.settings import Domain, Settings, open_environment
 from goalscope.base.text import model_shown
-from goalscope.base.types import TRACKING, Goal, GoalscopeError, InvalidInputError, Message
+from goalscope.base.types import ConflictError, Goal, GoalscopeError, InvalidInputError
 from goalscope.belief.explain import reasons
+from goalscope.belief.tracker import Correction
 from goalscope.envs.house.simulator.scenes import known_scenes
 from goalscope.models import Model, model_name
 from goalscope.storage.store import EpisodeInfo, Store
 from goalscope.storage.tracking import Trackers
 from goalscope.web.conversations import Conversation, Conversations
-from goalscope.web.errors import ErrorBody, RequestBody, Route, error_response
 from goalscope.web.exports import as_html, room_picture
-from goalscope.web.guard import CurrentVisitor, Visitor, visible_episode
+from goalscope.web.guard import ErrorBody, error_response
 from goalscope.web.study import study_router
-from goalscope.web.tracking import NewCorrection, tracking_router
-from goalscope.web.views import EpisodeView, Live, StoredEpisode, Why
-
-__all__ = ["create_app"]
+from goalscope.web.tracking import Operation, Tracking
+from goalscope.web.views import EpisodeView, Live, RequestBody, StoredEpisode, Why
 
 STATIC = Path(__file__).parent / "static"
 KEEPALIVE = 15.0
 """Seconds after which a silent stream of events sends a comment."""
-WAIT = 8.0
-"""Seconds in which a healthy model scores a word, also while others use it."""
 ERRORS = (400, 401, 403, 404, 405, 409, 413, 422, 503)
 
 METHODS: dict[Method, str] = {
@@ -66,6 +62,14 @@ class NewUtterance(RequestBody):
     text: str
     round: int
     confirmed: str = ""
+
+
+class NewCorrection(RequestBody):
+    """A correction of a goal; see `Agent.correct`."""
+
+    kind: Correction
+    goal: str
+    text: str = ""
 
 
 class EpisodeId(BaseModel):
@@ -92,17 +96,16 @@ class MethodView(BaseModel):
 
 
 class Options(BaseModel):
-    """The available options; `host` is true for the visitor who sees everybody's episodes."""
+    """The available options."""
 
     version: str
     model: str
-    host: bool
     domains: list[DomainView]
     methods: list[MethodView]
 
 
 class EpisodeList(BaseModel):
-    """A page of episodes, newest first, of `total`; `domains` are those of all one may see."""
+    """A page of episodes, newest first, of `total`; `domains` are those of all episodes."""
 
     episodes: list[EpisodeView]
     total: int
@@ -110,15 +113,9 @@ class EpisodeList(BaseModel):
 
 
 class EpisodeState(StoredEpisode):
-    """An episode with its rounds, and its live state if the visitor can continue it."""
+    """An episode with its rounds, and its live state if it can be continued here."""
 
     live: Live | None
-
-
-class Health(BaseModel):
-    """How many seconds the model took to score a word."""
-
-    seconds: float
 
 
 class WordEvidence(BaseModel):
@@ -132,7 +129,7 @@ def create_app(store: Store, model: Model, defaults: Settings | None = None) -> 
 
     Args:
         store: Store of the episodes.
-        model: Shared by all visitors.
+        model: Shared by all conversations.
         defaults: Settings of new episodes, besides domain, method and scene.
     """
     settings = defaults or Settings()
@@ -149,114 +146,101 @@ def create_app(store: Store, model: Model, defaults: Settings | None = None) -> 
         title="goalscope", version=version("goalscope"), lifespan=lifespan,
         docs_url=None, redoc_url=None, openapi_url="/api/openapi.json",
         responses={status: {"model": ErrorBody} for status in ERRORS},
+        dependencies=[Security(HTTPBearer(scheme_name="key", auto_error=False))],
     )  # fmt: skip
-    app.router.route_class = Route
     app.mount("/static", StaticFiles(directory=STATIC), name="static")
 
-    def visible(id: str, visitor: Visitor) -> EpisodeInfo:
-        return visible_episode(visitor, store, id)
+    def stored(id: str) -> EpisodeInfo:
+        info = store.episode(id)
+        if info.id != id:
+            raise InvalidInputError(f"There is no episode {id!r}.")
+        return info
 
-    def own(id: str, visitor: Visitor, *, again: bool = False) -> Conversation:
-        info = visible(id, visitor)
-        if not visitor.owns(info.owner):
-            raise HTTPException(403, "This is somebody else's episode; only they can continue it.")
+    def running(id: str, *, again: bool = False) -> Conversation:
+        info = stored(id)
         if info.ended:
-            raise HTTPException(409, "This episode has ended. Start a new one.")
+            raise ConflictError("This episode has ended. Start a new one.")
+        if not can_go_on(info):
+            raise ConflictError("This episode cannot be continued on the page.")
         return conversations.resume(info, again=again)
 
-    def can_go_on(info: EpisodeInfo, visitor: Visitor) -> bool:
-        return visitor.owns(info.owner) and not info.ended and info.domain != TRACKING
+    def can_go_on(info: EpisodeInfo) -> bool:
+        """Not with a simulated person, files of one's own, or beliefs of another model."""
+        known = info.profile is None and info.domain in {domain.name for domain in domains}
+        return known and not info.ended and info.model == model_name(model)
 
     @app.get("/", include_in_schema=False)
     def page() -> FileResponse:
         return FileResponse(STATIC / "index.html")
 
     @app.get("/api/options")
-    def options(visitor: CurrentVisitor) -> Options:
+    def options() -> Options:
         return Options(
             version=version("goalscope"),
             model=model_shown(model_name(model)),
-            host=visitor.is_host,
             domains=domains,
             methods=[MethodView(name=name, about=about) for name, about in METHODS.items()],
         )
 
-    def score_a_word() -> None:
-        model.token_logprobs([[Message("user", "Are you there?")]], ["Yes."])
-
-    @app.get("/api/health")
-    async def health(visitor: CurrentVisitor) -> Health:
-        """Whether the model works: 503 if it fails or does not answer within 8 seconds."""
-        start = time.monotonic()
-        try:
-            await asyncio.wait_for(wrap_future(conversations.queue.submit(score_a_word)), WAIT)
-        except TimeoutError:
-            detail = (
-                f"The model has not answered for {WAIT:.0f} s. It is busy with other requests, or "
-                "hangs."
-            )
-            raise HTTPException(503, detail) from None
-        return Health(seconds=time.monotonic() - start)
-
     @app.get("/api/episodes")
     def episodes(
-        visitor: CurrentVisitor,
         text: str = "",
         domain: str | None = None,
         limit: Annotated[int, Query(ge=1, le=200)] = 50,
         offset: Annotated[int, Query(ge=0, le=10**9)] = 0,
     ) -> EpisodeList:
-        owner = None if visitor.is_host else visitor.id
         found = store.episodes(
-            owner=owner, domain=domain, text=text, newest_first=True, limit=limit, offset=offset
+            domain=domain, text=text, newest_first=True, limit=limit, offset=offset
         )
-        total = store.count(owner=owner, domain=domain, text=text)
-        shown = [EpisodeView.of(info, mine=visitor.owns(info.owner)) for info in found]
-        return EpisodeList(episodes=shown, total=total, domains=store.domains(owner=owner))
+        return EpisodeList(
+            episodes=[EpisodeView.of(info) for info in found],
+            total=store.count(domain=domain, text=text),
+            domains=store.domains(),
+        )
 
     @app.post("/api/episodes", status_code=201)
-    def begin(body: NewEpisode, visitor: CurrentVisitor) -> EpisodeId:
+    def begin(body: NewEpisode) -> EpisodeId:
         if body.scene is not None and body.scene not in scenes:
             raise InvalidInputError(f"There is no scene {body.scene!r}.")
         chosen = replace(settings, domain=body.domain, method=body.method, scene=body.scene)
-        return EpisodeId(id=conversations.begin(visitor.id, chosen).id)
+        return EpisodeId(id=conversations.begin(chosen).id)
 
     @app.get("/api/episodes/{id}")
-    def episode(id: str, visitor: CurrentVisitor) -> EpisodeState:
-        info = visible(id, visitor)
-        live = conversations.resume(info).live() if can_go_on(info, visitor) else None
-        info = visible(id, visitor)  # it may have ended meanwhile
-        stored = StoredEpisode.of(info, store.rounds(info.id), mine=visitor.owns(info.owner))
-        return EpisodeState(**dict(stored), live=None if info.ended else live)
+    def episode(id: str) -> EpisodeState:
+        info = stored(id)
+        live = conversations.resume(info).live() if can_go_on(info) else None
+        info = stored(id)  # it may have ended meanwhile
+        view = StoredEpisode.of(info, store.rounds(info.id))
+        return EpisodeState(**dict(view), live=None if info.ended else live)
 
     @app.get("/api/episodes/{id}/events", response_class=StreamingResponse)
-    async def events(id: str, visitor: CurrentVisitor) -> StreamingResponse:
-        conversation = await asyncio.to_thread(own, id, visitor, again=True)
+    async def events(id: str) -> StreamingResponse:
+        conversation = await asyncio.to_thread(running, id, again=True)
         return StreamingResponse(_stream(conversation), media_type="text/event-stream")
 
     @app.post("/api/episodes/{id}/utterances", status_code=202)
-    def say(id: str, body: NewUtterance, visitor: CurrentVisitor) -> Live:
-        return own(id, visitor).say(body.text, body.round, body.confirmed)
+    def say(id: str, body: NewUtterance) -> Live:
+        return running(id).say(body.text, body.round, body.confirmed)
 
     @app.post("/api/episodes/{id}/corrections")
-    async def correct(id: str, body: NewCorrection, visitor: CurrentVisitor) -> Live:
-        conversation = await asyncio.to_thread(own, id, visitor)
+    async def correct(id: str, body: NewCorrection) -> Live:
+        conversation = await asyncio.to_thread(running, id)
         await wrap_future(conversation.correct(body.kind, body.goal, body.text))
         return conversation.live()
 
     @app.delete("/api/episodes/{id}/corrections")
-    async def undo_correction(id: str, visitor: CurrentVisitor) -> Live:
-        conversation = await asyncio.to_thread(own, id, visitor)
+    async def undo_correction(id: str) -> Live:
+        conversation = await asyncio.to_thread(running, id)
         await wrap_future(conversation.undo_correction())
         return conversation.live()
 
     @app.get("/api/episodes/{id}/why")
-    def why(id: str, goal: str, visitor: CurrentVisitor, round: int | None = None) -> Why:
-        info = visible(id, visitor)
-        stored = store.rounds(info.id)
-        rounds = stored[:round]
+    def why(id: str, goal: str, round: int | None = None) -> Why:
+        info = stored(id)
+        every = store.rounds(info.id)
+        rounds = every[:round]
         belief = rounds[-1].belief if rounds else None
-        if can_go_on(info, visitor) and len(rounds) == len(stored):
+        if can_go_on(info) and len(rounds) == len(every):
             belief = conversations.resume(info).belief or belief
         if not (belief and belief.inferred):
             raise HTTPException(404, "There is no belief here.")
@@ -264,18 +248,17 @@ def create_app(store: Store, model: Model, defaults: Settings | None = None) -> 
         return Why.of(Goal(goal), found)
 
     @app.get("/api/episodes/{id}/words")
-    async def words(id: str, goal: str, turn: int, visitor: CurrentVisitor) -> WordEvidence:
-        conversation = await asyncio.to_thread(own, id, visitor)
+    async def words(id: str, goal: str, turn: int) -> WordEvidence:
+        conversation = await asyncio.to_thread(running, id)
         return WordEvidence(words=await wrap_future(conversation.words(goal, turn)))
 
     @app.get("/api/episodes/{id}/picture.svg")
     def picture(
         id: str,
-        visitor: CurrentVisitor,
         round: Annotated[int, Query(ge=0)],
         width: Annotated[int | None, Query(ge=240, le=1200)] = None,
     ) -> Response:
-        info = visible(id, visitor)
+        info = stored(id)
         return Response(
             room_picture(info, store.rounds(info.id)[:round], width=width),
             media_type="image/svg+xml",
@@ -286,22 +269,32 @@ def create_app(store: Store, model: Model, defaults: Settings | None = None) -> 
         )
 
     @app.get("/api/episodes/{id}/export.{form}")
-    def export(id: str, form: Literal["json", "html"], visitor: CurrentVisitor) -> Response:
-        info = visible(id, visitor)
+    def export(id: str, form: Literal["json", "html"]) -> Response:
+        info = stored(id)
         rounds = store.rounds(info.id)
         headers = {"content-disposition": f'attachment; filename="goalscope-{info.id}.{form}"'}
         if form == "html":
             return Response(as_html(info, rounds), media_type="text/html", headers=headers)
-        text = StoredEpisode.of(info, rounds, mine=True).model_dump_json(indent=1)
+        text = StoredEpisode.of(info, rounds).model_dump_json(indent=1)
         return Response(text, media_type="application/json", headers=headers)
 
     trackers = Trackers(store, lambda: model, settings)
-    app.include_router(tracking_router(trackers, conversations.queue, store))
+    for operation in Tracking(trackers).operations:
+        app.post(f"/api/tracking/{operation.name}", tags=["tracking"])(_endpoint(operation))
     app.include_router(study_router(store))
     app.add_exception_handler(GoalscopeError, error_response)
     app.add_exception_handler(HTTPException, error_response)
     app.add_exception_handler(RequestValidationError, error_response)
     return app
+
+
+def _endpoint(operation: Operation) -> Callable[..., BaseModel]:
+    def endpoint(body: Any) -> BaseModel:
+        return operation.run(**dict(body))
+
+    endpoint.__annotations__ = {"body": operation.body, "return": operation.answer}
+    endpoint.__name__, endpoint.__doc__ = operation.name, operation.run.__doc__
+    return endpoint
 
 
 async def _stream(conversation: Conversation) -> AsyncGenerator[str]:

@@ -7,7 +7,7 @@ import logging
 import time
 from collections import OrderedDict
 from collections.abc import Callable, Generator
-from concurrent.futures import Future
+from concurrent.futures import Executor, Future, ThreadPoolExecutor
 from contextlib import contextmanager
 from threading import RLock
 from typing import Any, Literal, TypeVar
@@ -30,10 +30,7 @@ from goalscope.belief.tracker import Correction
 from goalscope.models import Model
 from goalscope.storage.session import Session, saved_settings
 from goalscope.storage.store import EpisodeInfo, Store
-from goalscope.web.queue import ModelQueue
 from goalscope.web.views import BeliefView, ChangeView, Confirm, EpisodeView, Live, RoundView
-
-__all__ = ["Conversation", "Conversations"]
 
 T = TypeVar("T")
 
@@ -43,10 +40,7 @@ MAX_LENGTH = 2000
 """Characters of an utterance or a goal."""
 
 MAX_OPEN = 100
-"""Maximum number of idle conversations kept open; the others are only in the store."""
-
-OPEN_SECONDS = 60.0
-"""Minimum time that a conversation stays open after a request."""
+"""Number of conversations beyond which idle ones are closed; they stay in the store."""
 
 Event = tuple[Literal["live", "round", "ended"], BaseModel]
 
@@ -54,16 +48,15 @@ Event = tuple[Literal["live", "round", "ended"], BaseModel]
 class Conversation:
     """One person and their agent.
 
-    Its methods return at once: the agent works in the queue, and every listener receives what
+    Its methods return at once: the agent works in a thread, and every listener receives what
     happens.
 
     Args:
         store: Store of the rounds.
-        queue: Runs what needs the model.
+        worker: Runs what needs the model.
         model: The session's.
         settings: The session's.
-        owner: Owner of the episode.
-        resumed: The stored episode to resume; its session is opened in the queue.
+        resumed: The stored episode to resume; its session is opened by the worker.
 
     Raises:
         GoalscopeError: It cannot be started with these settings.
@@ -72,14 +65,13 @@ class Conversation:
     def __init__(
         self,
         store: Store,
-        queue: ModelQueue,
+        worker: Executor,
         model: Model,
         settings: Settings,
-        owner: str,
         resumed: EpisodeInfo | None = None,
     ) -> None:
-        self._store, self._queue, self._model = store, queue, model
-        self._settings, self._owner = settings, owner
+        self._store, self._worker, self._model = store, worker, model
+        self._settings = settings
         self._env = open_environment(settings)
         self._lock = RLock()
         self._state = Live(
@@ -90,7 +82,6 @@ class Conversation:
         self._listeners: dict[asyncio.Queue[Event], asyncio.AbstractEventLoop] = {}
         self._opened: Session | None = None
         self._viewed: tuple[Belief | None, BeliefView | None] = None, None
-        self.used = time.monotonic()
         try:
             if resumed:
                 self.id = resumed.id
@@ -118,10 +109,9 @@ class Conversation:
 
     @property
     def is_idle(self) -> bool:
-        """Whether nothing is running, nobody is listening, and there was no recent request."""
+        """Whether nothing is running, and nobody is listening."""
         with self._lock:
-            at_rest = self._state.phase == "idle" and not self._listeners
-            return at_rest and time.monotonic() - self.used > OPEN_SECONDS
+            return self._state.phase == "idle" and not self._listeners
 
     def live(self) -> Live:
         """The state that the page shows."""
@@ -247,7 +237,6 @@ class Conversation:
             self._settings,
             self._env,
             self._model,
-            owner=self._owner,
             resume=resume,
             progress=lambda step: self._update(step=step),
         )
@@ -268,18 +257,13 @@ class Conversation:
                 raise ConflictError(
                     "The agent is still working. Wait for it to finish, then try again."
                 )
-            self._update(phase="waiting", step=step, utterance=utterance, error=None)
+            self._update(phase="thinking", step=step, utterance=utterance, error=None)
 
     def _submit(self, work: Callable[[], T]) -> Future[T]:
-        """Run the claimed step in the queue; then, even if cancelled, it is the person's turn."""
-        future = self._queue.submit(work, self._on_move)
-        future.add_done_callback(lambda _: self._update(phase="idle", place=0, step=""))
+        """Run the claimed step; then, even if it is cancelled, it is the person's turn."""
+        future = self._worker.submit(work)
+        future.add_done_callback(lambda _: self._update(phase="idle", step=""))
         return future
-
-    def _on_move(self, place: int) -> None:
-        with self._lock:
-            if self._state.phase != "idle":  # cancelled work stays in the queue until its turn
-                self._update(phase="waiting" if place else "thinking", place=place)
 
     def _step(self, query: str, text: str, confirmed: str) -> None:
         kept = None if confirmed else text  # a confirmation is not repeated unseen
@@ -297,7 +281,7 @@ class Conversation:
         info = self._session.info
         self._update(query=None, utterance=None)
         if info.ended:
-            self._publish("ended", lambda: EpisodeView.of(info, mine=True))
+            self._publish("ended", lambda: EpisodeView.of(info))
         else:
             self._ask()
 
@@ -341,22 +325,22 @@ class Conversations:
 
     Args:
         store: Keeps their rounds.
-        model: Shared by all.
+        model: Shared by all; it serves one after the other.
     """
 
     def __init__(self, store: Store, model: Model) -> None:
         self._store, self._model = store, model
-        self.queue = ModelQueue()
+        self._worker = ThreadPoolExecutor(1, "model")
         self._lock = RLock()
         self._open: OrderedDict[str, Conversation] = OrderedDict()
 
-    def begin(self, owner: str, settings: Settings) -> Conversation:
+    def begin(self, settings: Settings) -> Conversation:
         """Start an episode.
 
         Raises:
             GoalscopeError: It cannot be started with these settings.
         """
-        return self._enter(owner, settings, None)
+        return self._enter(settings, None)
 
     def resume(self, info: EpisodeInfo, *, again: bool = False) -> Conversation:
         """The conversation of an episode that has not ended.
@@ -371,19 +355,18 @@ class Conversations:
         with self._lock:
             if found := self._open.get(info.id):
                 self._open.move_to_end(info.id)
-                found.used = time.monotonic()
                 found.catch_up(info, again=again)
                 return found
-            return self._enter(info.owner or "", saved_settings(info), info)
+            return self._enter(saved_settings(info), info)
 
     def close(self) -> None:
         """Close all conversations; their rounds are in the store."""
-        self.queue.close()
+        self._worker.shutdown(cancel_futures=True)
         for conversation in self._open.values():
             conversation.close()
 
-    def _enter(self, owner: str, settings: Settings, resume: EpisodeInfo | None) -> Conversation:
-        entered = Conversation(self._store, self.queue, self._model, settings, owner, resume)
+    def _enter(self, settings: Settings, resume: EpisodeInfo | None) -> Conversation:
+        entered = Conversation(self._store, self._worker, self._model, settings, resume)
         with self._lock:
             self._open[entered.id] = entered
             idle = [each for each in self._open.values() if each.is_idle and each is not entered]

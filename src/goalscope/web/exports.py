@@ -22,8 +22,6 @@ from goalscope.base.types import TRACKING, GoalscopeError, InvalidInputError, pl
 from goalscope.storage.store import EpisodeInfo
 from goalscope.web.views import BeliefView, GoalView, StoredEpisode
 
-__all__ = ["Ribbon", "as_html", "ribbons", "room_picture"]
-
 STATIC = Path(__file__).parent / "static"
 STYLES = ("style.css", "belief.css", "talk.css", "saved.css")
 WIDTH, HEIGHT = 100, 100
@@ -82,7 +80,7 @@ def _outline(tops: Sequence[float], bottoms: Sequence[float]) -> str:
 
 def as_html(info: EpisodeInfo, rounds: Sequence[Round]) -> str:
     """An episode as an HTML page without scripts, to read and print."""
-    stored = StoredEpisode.of(info, rounds, mine=True)
+    stored = StoredEpisode.of(info, rounds)
     believed = [round for round in stored.rounds if round.belief]
     drawn = ribbons([round.belief for round in believed if round.belief])
     colours = {ribbon.goal: ribbon.colour for ribbon in drawn}

@@ -1,4 +1,4 @@
-"""Access control: hosts, origins, keys, body sizes, and the owners of episodes."""
+"""Access control: hosts, origins, the key, body sizes, and error responses."""
 
 from __future__ import annotations
 
@@ -8,18 +8,17 @@ import secrets
 from collections.abc import Collection
 from typing import Annotated
 
-from fastapi import Depends, Request, Security
-from fastapi.security import HTTPBearer
+from fastapi import Depends, Request
+from fastapi.exceptions import RequestValidationError
+from fastapi.responses import JSONResponse
+from pydantic import BaseModel
 from starlette.datastructures import MutableHeaders
 from starlette.exceptions import HTTPException
 from starlette.responses import RedirectResponse
 from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
-from goalscope.base.types import InvalidInputError
-from goalscope.storage.store import EpisodeInfo, Store
-from goalscope.web.errors import error_response
-
-__all__ = ["CurrentVisitor", "Guard", "Visitor", "not_found", "visible_episode"]
+from goalscope.base.types import ConflictError, InvalidInputError
+from goalscope.web.views import explained
 
 MAX_BODY = 64 * 1024
 """Bytes."""
@@ -28,8 +27,12 @@ PUBLIC = (
     "/study/", "/api/studies/", "/static/study", "/static/style.css", "/static/dom.js",
     "/static/drafts.js", "/static/keys.js", "/static/status.js", "/static/icon.svg",
 )  # fmt: skip
-"""Paths without a password: participants of a study come with their own link."""
+"""Paths without a key: participants of a study come with their own link."""
 
+NO_KEY = (
+    "This server needs its key. Open the address that `goalscope serve` prints; programs send "
+    "Authorization: Bearer KEY."
+)
 NO_ORIGIN = (
     "This request did not come from this server's own page. Programs must send the key as "
     "Authorization: Bearer KEY, without cookies."
@@ -40,8 +43,14 @@ FOREIGN_ORIGIN = (
     "Origin header. If this is the server's own page, behind a proxy with TLS, the proxy "
     "must send X-Forwarded-Proto: https."
 )
+EXPLANATIONS = {
+    400: "The body cannot be read. Send a JSON object in UTF-8.",
+    404: "There is nothing at this address. /api/openapi.json lists all addresses.",
+    405: "This address does not support this method. /api/openapi.json lists the supported ones.",
+}
+"""Replacements for the terse messages of the libraries below."""
 
-VISITOR_COOKIE, HOST_COOKIE, GUEST_COOKIE = "goalscope_visitor", "goalscope_host", "goalscope_guest"
+KEY_COOKIE, RATER_COOKIE = "goalscope_key", "goalscope_rater"
 YEAR = 365 * 24 * 3600
 
 HEADERS = {
@@ -58,93 +67,31 @@ HEADERS = {
 """Headers of every response that does not set them itself."""
 
 
-class Visitor:
-    """The sender of a request.
-
-    Args:
-        secret: The cookie of their browser, or the key that their program sends.
-        key: The host's key, if they have it.
-
-    Attributes:
-        browser: Identifies the browser.
-        id: Owner of the episodes that they start: the browser, or the host if they have the key.
-        is_host: Whether they have the host's key, which shows everything.
-    """
-
-    def __init__(self, secret: str, key: str | None = None) -> None:
-        self.browser = _digest(secret)[:16]
-        self.id = _digest("host", key)[:16] if key else self.browser
-        self.is_host = key is not None
-
-    def owns(self, owner: str | None) -> bool:
-        """Whether this owner is them; the host also owns what their browser started before."""
-        return owner in (self.id, self.browser)
+def _rater(request: Request) -> str:
+    return request.scope["state"]["rater"]
 
 
-def _visitor(
-    request: Request,
-    _: Annotated[
-        object,
-        Security(
-            HTTPBearer(
-                scheme_name="key",
-                auto_error=False,
-                description="The key of the host; browsers keep a cookie instead.",
-            )
-        ),
-    ],
-) -> Visitor:
-    return request.scope["state"]["visitor"]
-
-
-CurrentVisitor = Annotated[Visitor, Depends(_visitor)]
-"""The visitor whom the guard let in."""
-
-
-def visible_episode(visitor: Visitor, store: Store, id: str, what: str = "episode") -> EpisodeInfo:
-    """The episode with this full id, if the visitor may see it.
-
-    Raises:
-        HTTPException: 404, both for what does not exist and for what belongs to others.
-    """
-    try:
-        info = store.episode(id)
-    except InvalidInputError:
-        info = None
-    if info is None or info.id != id or not (visitor.is_host or visitor.owns(info.owner)):
-        raise not_found(what)
-    return info
-
-
-def not_found(what: str) -> HTTPException:
-    """The error for what does not exist or belongs to others."""
-    return HTTPException(404, f"There is no such {what}, or it belongs to somebody else.")
+Rater = Annotated[str, Depends(_rater)]
+"""Identifies the browser of a study's participant."""
 
 
 class Guard:
     """Refuses requests from other sites and from strangers.
 
-    A request must name this server as its host. A request that changes something must come from
-    this server's own page, or from a program that sends the key and no cookies. With a password,
-    every request needs a proof of it or of the key, except for the pages of studies.
+    A request must name this server as its host, and prove that its sender has the key, except for
+    the pages of studies. A request that changes something must come from this server's own page,
+    or from a program that sends the key and no cookies.
 
     Args:
         app: The application.
         hosts: Names and ports of the server.
-        key: The host's; it must be impossible to guess.
-        password: The visitors' password, likewise; None admits everybody who can reach the server.
+        key: It must be impossible to guess.
     """
 
-    def __init__(
-        self, app: ASGIApp, *, hosts: Collection[str], key: str, password: str | None = None
-    ) -> None:
+    def __init__(self, app: ASGIApp, *, hosts: Collection[str], key: str) -> None:
         self.app, self.hosts = app, frozenset(hosts)
         self._key = key
-        self._keys = {HOST_COOKIE: key} | ({GUEST_COOKIE: password} if password else {})
-        self._proofs = {
-            name: hmac.new(key.encode(), f"{name} {shown}".encode(), "sha256").hexdigest()
-            for name, shown in self._keys.items()
-        }
+        self._proof = hmac.new(key.encode(), KEY_COOKIE.encode(), "sha256").hexdigest()
 
     async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
         """Pass a request on, or answer it."""
@@ -178,28 +125,25 @@ class Guard:
             raise HTTPException(401, "This is not the server's key. `goalscope serve` shows it.")
         reads, is_public = request.method in ("GET", "HEAD"), scope["path"].startswith(PUBLIC)
         shown = request.query_params.get("key", "") if reads and not is_public else ""
-        enters = [name for name, key in self._keys.items() if _same(shown, key)]
-        proven = [
-            name
-            for name, proof in self._proofs.items()
-            if _same(request.cookies.get(name, ""), proof)
-        ]
-        if GUEST_COOKIE in self._keys and not (is_public or bearer or enters or proven):
-            raise HTTPException(401, "This server needs a key. Open it once with ?key=...")
+        enters = _same(shown, self._key)
+        known = _same(request.cookies.get(KEY_COOKIE, ""), self._proof)
+        if not (is_public or bearer or enters or known):
+            raise HTTPException(401, NO_KEY)
         origins, is_program = headers.getlist("origin"), bool(bearer) and "cookie" not in headers
         own = [f"{scope['scheme']}://{host}"]
         if not (reads or origins == own or (is_program and not origins)):
             raise HTTPException(403, FOREIGN_ORIGIN if origins else NO_ORIGIN)
-        if enters:  # one proof does not replace the other
-            cookies.append(_cookie(enters[0], self._proofs[enters[0]], scope))
+        if enters:
+            cookies.append(_cookie(KEY_COOKIE, self._proof, scope))
             # The key leaves the address; after two slashes that would be another host's.
             return RedirectResponse("/" + scope["path"].lstrip("/"), 303)
-        known = request.cookies.get(VISITOR_COOKIE, "")
-        secret = known if len(known) >= 32 else bearer or secrets.token_urlsafe(32)
-        if secret not in (known, bearer):
-            cookies.append(_cookie(VISITOR_COOKIE, secret, scope))
-        is_host = bool(bearer) or HOST_COOKIE in proven
-        scope.setdefault("state", {})["visitor"] = Visitor(secret, self._key if is_host else None)
+        if is_public:
+            rater = request.cookies.get(RATER_COOKIE, "")
+            if len(rater) < 32:
+                rater = secrets.token_urlsafe(32)
+                cookies.append(_cookie(RATER_COOKIE, rater, scope))
+            digest = hashlib.sha256(rater.encode()).hexdigest()
+            scope.setdefault("state", {})["rater"] = digest[:16]
         return self.app
 
 
@@ -240,5 +184,34 @@ def _same(given: str, key: str) -> bool:
     return hmac.compare_digest(given.encode(), key.encode())
 
 
-def _digest(*secrets: str) -> str:
-    return hashlib.sha256("\0".join(secrets).encode()).hexdigest()
+class ErrorBody(BaseModel):
+    """Why a request failed, in a sentence that says what to do."""
+
+    error: str
+
+
+async def error_response(request: Request, error: Exception) -> JSONResponse:
+    """The response to a request that failed with this error."""
+    headers = None
+    if isinstance(error, HTTPException):
+        status, detail, headers = error.status_code, error.detail, error.headers
+        if not detail.endswith("."):
+            detail = EXPLANATIONS.get(status, detail)
+    elif isinstance(error, RequestValidationError):
+        status, detail = 422, _explained(request, error)
+    else:
+        bad = 400 if isinstance(error, InvalidInputError) else 503
+        status, detail = 409 if isinstance(error, ConflictError) else bad, str(error)
+    return JSONResponse({"error": detail}, status, headers)
+
+
+def _explained(request: Request, error: RequestValidationError) -> str:
+    fault = error.errors()[0]
+    place, *path = fault["loc"]
+    if place != "body":
+        return f"{'.'.join(map(str, path))}: {fault['msg']}."
+    body: type[BaseModel] = request.scope["route"].body_field.field_info.annotation
+    if fault["type"] == "json_invalid" or not path:
+        takes = ", ".join(body.model_fields)
+        return f"The body must be a JSON object, sent as application/json. It takes {takes}."
+    return explained(error.errors(), body)

@@ -16,10 +16,8 @@ from goalscope.base.types import InvalidInputError, Turn
 from goalscope.storage.store import Store
 from goalscope.study.plan import BEST
 from goalscope.study.store import Participant, Study, StudyStore
-from goalscope.web.errors import RequestBody, Route
-from goalscope.web.guard import CurrentVisitor
-
-__all__ = ["study_router"]
+from goalscope.web.guard import Rater
+from goalscope.web.views import RequestBody
 
 PAGE = pathlib.Path(__file__).parent / "static" / "study.html"
 MAX_LENGTH = 4000
@@ -109,7 +107,7 @@ Id = Annotated[str, Depends(_id)]
 
 def study_router(store: Store) -> APIRouter:
     """The pages of the studies in a store."""
-    router = APIRouter(route_class=Route)
+    router = APIRouter()
     studies = StudyStore(store)
 
     def named(name: str) -> Study:
@@ -118,8 +116,8 @@ def study_router(store: Store) -> APIRouter:
         except InvalidInputError:
             raise HTTPException(404, "There is no such study.") from None
 
-    def joined(study: Study, id: str, visitor: CurrentVisitor) -> Participant:
-        participant = studies.participant(study, visitor.browser, id)
+    def joined(study: Study, id: str, rater: Rater) -> Participant:
+        participant = studies.participant(study, rater, id)
         if participant is None:
             raise HTTPException(403, "Agree to take part first.")
         return participant
@@ -134,29 +132,27 @@ def study_router(store: Store) -> APIRouter:
         return FileResponse(PAGE)
 
     @router.get("/api/studies/{name}")
-    def participation(name: str, id: Id, visitor: CurrentVisitor) -> Participation:
+    def participation(name: str, id: Id, rater: Rater) -> Participation:
         study = named(name)
-        participant = studies.participant(study, visitor.browser, id)
+        participant = studies.participant(study, rater, id)
         return _view(study, participant, over="" if participant else studies.over(study))
 
     @router.post("/api/studies/{name}/consent")
-    def consent(name: str, body: Consent, id: Id, visitor: CurrentVisitor) -> Participation:
+    def consent(name: str, body: Consent, id: Id, rater: Rater) -> Participation:
         study = named(name)
         if not body.agreed:
             raise InvalidInputError("You must agree to take part.")
-        return _view(study, studies.join(study, visitor.browser, id))
+        return _view(study, studies.join(study, rater, id))
 
     @router.get("/api/studies/{name}/items/{place}")
-    def item(name: str, place: Place, id: Id, visitor: CurrentVisitor) -> ItemView:
-        found, answer = studies.open(joined(named(name), id, visitor), place)
+    def item(name: str, place: Place, id: Id, rater: Rater) -> ItemView:
+        found, answer = studies.open(joined(named(name), id, rater), place)
         return ItemView(**asdict(found), answer=AnswerView.model_validate(answer))
 
     @router.put("/api/studies/{name}/items/{place}")
-    def answer(
-        name: str, place: Place, body: NewAnswer, id: Id, visitor: CurrentVisitor
-    ) -> AnswerView:
+    def answer(name: str, place: Place, body: NewAnswer, id: Id, rater: Rater) -> AnswerView:
         study = named(name)
-        participant = joined(study, id, visitor)
+        participant = joined(study, id, rater)
         text = body.explanation.encode("utf-8", "replace").decode().replace("\0", "").strip()
         if len("".join(text.split())) < study.plan.min_explanation:
             raise InvalidInputError(

@@ -1,165 +1,203 @@
-"""Goal tracking for other programs, over HTTP."""
+"""Goal tracking for other programs: one table of operations, which HTTP and MCP offer alike."""
 
 from __future__ import annotations
 
-import asyncio
-from asyncio import wrap_future
-from collections.abc import Callable
-from typing import Annotated
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from inspect import Parameter, signature
+from typing import Annotated, Any, get_type_hints
 
-from fastapi import APIRouter, HTTPException, Path, Query
-from pydantic import BaseModel, Field
+from pydantic import BaseModel, Field, ValidationError, create_model
 
-from goalscope.base.types import TRACKING
+from goalscope.base.types import InvalidInputError
 from goalscope.belief.tracker import Correction
-from goalscope.storage.store import EpisodeInfo, Store
 from goalscope.storage.tracking import Tracked, Trackers
-from goalscope.web.errors import RequestBody, Route
-from goalscope.web.guard import CurrentVisitor, Visitor, not_found, visible_episode
-from goalscope.web.queue import ModelQueue
-from goalscope.web.views import EpisodeView, TrackerView, Why
+from goalscope.web.views import RequestBody, TrackerView, Why, explained
 
-__all__ = ["NewCorrection", "tracking_router"]
+Session = Annotated[str, Field(description="Id that open_session gave.")]
+Goals = Annotated[
+    list[str],
+    Field(description='What the person may want, each in a few words, such as "bake a cake".'),
+]
 
 
-class NewSession(RequestBody):
-    """A session to open.
+class SessionView(BaseModel):
+    """A summary of a session; `turns` is their number."""
 
-    `task` describes the assistant's task in a sentence; `goals` are the goals that the person may
-    have. With `propose`, the server's model adds goals when none explains the words, and can remove
-    them again.
-    """
-
+    id: str
+    created: str
     task: str
-    goals: list[str] = Field(default=[])
-    propose: bool = False
+    turns: int
+    closed: bool
 
 
-class NewTurn(RequestBody):
-    """The assistant's message, if any, and the person's reply."""
-
-    query: str = ""
-    utterance: str
-
-
-class NewGoals(RequestBody):
-    """Goals to add; each is scored on all past turns."""
-
-    goals: list[str]
-
-
-class NewCorrection(RequestBody):
-    """A correction of a goal by the person.
-
-    "pin": this goal is right; it can be a new one. "veto": it is wrong, and is not proposed again.
-    "reword": it is right, in the words of `text`.
-    """
-
-    kind: Correction
-    goal: str
-    text: str = ""
-
-
-class TrackerList(BaseModel):
+class Sessions(BaseModel):
     """Sessions, newest first."""
 
-    trackers: list[EpisodeView]
+    sessions: list[SessionView]
 
 
-def tracking_router(trackers: Trackers, queue: ModelQueue, store: Store) -> APIRouter:
-    """The routes of goal tracking; each visitor reaches their own sessions.
+class Deleted(BaseModel):
+    """The id of the deleted session."""
+
+    deleted: str
+
+
+@dataclass(frozen=True)
+class Operation:
+    """An operation as a route of HTTP and a tool of MCP.
+
+    Attributes:
+        run: Does it.
+        body: Its parameters.
+        answer: What it returns.
+    """
+
+    run: Callable[..., BaseModel]
+    body: type[RequestBody]
+    answer: type[BaseModel]
+
+    @classmethod
+    def of(cls, run: Callable[..., BaseModel]) -> Operation:
+        """The operation that a function with annotated parameters describes."""
+        hints = get_type_hints(run, include_extras=True)
+        fields: dict[str, Any] = {
+            name: (hints[name], ... if each.default is Parameter.empty else each.default)
+            for name, each in signature(run).parameters.items()
+        }
+        return cls(run, create_model(run.__name__, __base__=RequestBody, **fields), hints["return"])
+
+    @property
+    def name(self) -> str:
+        """Its name."""
+        return self.run.__name__
+
+    def __call__(self, given: Mapping[str, Any]) -> BaseModel:
+        """Run it with the parameters that a program gives.
+
+        Raises:
+            InvalidInputError: A parameter is missing, unknown or of another type.
+            GoalscopeError: See `Trackers`.
+        """
+        try:
+            body = self.body.model_validate(given)
+        except ValidationError as error:
+            raise InvalidInputError(explained(error.errors(), self.body)) from None
+        return self.run(**dict(body))
+
+
+class Tracking:
+    """The operations of goal tracking, with answers as JSON.
 
     Args:
         trackers: The sessions.
-        queue: Runs what needs the model.
-        store: Keeps the sessions.
+        top: Largest number of goals in an answer; None for all.
     """
-    router = APIRouter(prefix="/api/trackers", tags=["tracking"], route_class=Route)
 
-    def visible(id: str, visitor: Visitor) -> EpisodeInfo:
-        info = visible_episode(visitor, store, id, "session")
-        if info.domain != TRACKING:
-            raise not_found("session")
-        return info
+    def __init__(self, trackers: Trackers, *, top: int | None = None) -> None:
+        self._trackers, self._top = trackers, top
 
-    def require_owner(id: str, visitor: Visitor) -> None:
-        if not visitor.owns(visible(id, visitor).owner):
-            raise HTTPException(403, "This is somebody else's session; only they can change it.")
+    @property
+    def operations(self) -> list[Operation]:
+        """All operations."""
+        return [
+            Operation.of(each)
+            for each in (
+                self.open_session,
+                self.observe,
+                self.belief,
+                self.add_goals,
+                self.correct,
+                self.why,
+                self.close_session,
+                self.list_sessions,
+                self.delete_session,
+            )
+        ]
 
-    async def queued(work: Callable[[], Tracked]) -> TrackerView:
-        return await wrap_future(queue.submit(lambda: TrackerView.of(work())))
-
-    async def queued_for(id: str, visitor: Visitor, work: Callable[[], Tracked]) -> TrackerView:
-        await asyncio.to_thread(require_owner, id, visitor)
-        return await queued(work)
-
-    @router.post("", status_code=201)
-    async def open_session(body: NewSession, visitor: CurrentVisitor) -> TrackerView:
-        """Open a session, which is kept until it is deleted, even if the server restarts.
-
-        Repeating the request, for example after a lost response, opens another session. `GET` lists
-        your sessions, so that one without turns can be deleted.
-        """
-        return await queued(
-            lambda: trackers.open(body.task, body.goals, propose=body.propose, owner=visitor.id)
-        )
-
-    @router.get("")
-    def sessions(
-        visitor: CurrentVisitor,
-        limit: Annotated[int, Query(ge=1, le=200)] = 50,
-        offset: Annotated[int, Query(ge=0, le=10**9)] = 0,
-    ) -> TrackerList:
-        """Your own sessions, newest first; `rounds` is the number of turns."""
-        found = store.episodes(
-            owner=visitor.id, domain=TRACKING, newest_first=True, limit=limit, offset=offset
-        )
-        return TrackerList(trackers=[EpisodeView.of(info, mine=True) for info in found])
-
-    @router.get("/{id}")
-    def belief(id: str, visitor: CurrentVisitor) -> TrackerView:
-        """The current belief, and advice on what to do next."""
-        return TrackerView.of(trackers.read(visible(id, visitor).id))
-
-    @router.put("/{id}/turns/{turn}")
-    async def observe(
-        id: str, turn: Annotated[int, Path(ge=1)], body: NewTurn, visitor: CurrentVisitor
+    def open_session(
+        self,
+        task: Annotated[str, Field(description="The assistant's task, in a sentence.")],
+        goals: Goals = [],  # noqa: B006 (a schema shows the default; nobody changes it)
+        propose: Annotated[
+            bool, Field(description="Whether goalscope's own model proposes goals, too.")
+        ] = False,
     ) -> TrackerView:
-        """Add a turn; the first is 1.
+        """Begin to track what a person wants. The session's id is good for later conversations."""
+        return self._view(self._trackers.open(task, goals, propose=propose))
 
-        It is stored when the response arrives. A repeated request counts once and has the same
-        response. The same turn in other words, or a turn that is not the next, is a conflict (409).
-        """
-        return await queued_for(
-            id, visitor, lambda: trackers.observe(id, turn, body.query, body.utterance)
-        )
+    def observe(
+        self,
+        session: Session,
+        utterance: Annotated[str, Field(description="What the person said, word for word.")],
+        query: Annotated[str, Field(description="What the assistant had said before that.")] = "",
+        turn: Annotated[
+            int | None,
+            Field(description="Number of the turn, 1 for the first: sent again, it counts once."),
+        ] = None,
+    ) -> TrackerView:
+        """Take in what the person said, and learn whether to act, ask or propose."""
+        return self._view(self._trackers.observe(session, turn, query, utterance))
 
-    @router.post("/{id}/goals")
-    async def add_goals(id: str, body: NewGoals, visitor: CurrentVisitor) -> TrackerView:
-        """Add goals; existing ones change nothing."""
-        return await queued_for(id, visitor, lambda: trackers.add(id, body.goals))
+    def belief(self, session: Session) -> TrackerView:
+        """How likely each goal is now, and whether to act, ask or propose."""
+        return self._view(self._trackers.read(session))
 
-    @router.post("/{id}/corrections")
-    async def correct(id: str, body: NewCorrection, visitor: CurrentVisitor) -> TrackerView:
-        """Correct the goals as the person says."""
-        return await queued_for(
-            id, visitor, lambda: trackers.correct(id, body.kind, body.goal, body.text)
-        )
+    def add_goals(self, session: Session, goals: Goals) -> TrackerView:
+        """Add goals; they count as if they had been there from the start."""
+        return self._view(self._trackers.add(session, goals))
 
-    @router.get("/{id}/why")
-    def why(id: str, visitor: CurrentVisitor, goal: str = "") -> Why:
-        """The evidence of each utterance for a goal; by default, the likeliest one."""
-        return Why.of(*trackers.why(visible(id, visitor).id, goal))
+    def correct(
+        self,
+        session: Session,
+        kind: Annotated[
+            Correction,
+            Field(
+                description='"pin": it is this goal. "veto": it is not. '
+                '"reword": it is this one, as `text` says.'
+            ),
+        ],
+        goal: Annotated[str, Field(description="The goal's text.")],
+        text: Annotated[str, Field(description="The goal in the person's own words.")] = "",
+    ) -> TrackerView:
+        """Take in what the person says of a goal itself; a pinned goal may be a new one."""
+        return self._view(self._trackers.correct(session, kind, goal, text))
 
-    @router.post("/{id}/close")
-    async def close(id: str, visitor: CurrentVisitor) -> TrackerView:
+    def why(
+        self,
+        session: Session,
+        goal: Annotated[str, Field(description="The goal; the likeliest if left out.")] = "",
+    ) -> Why:
+        """What each thing that the person said speaks for or against a goal, in nats."""
+        return Why.of(*self._trackers.why(session, goal))
+
+    def close_session(self, session: Session) -> TrackerView:
         """End a session; it can still be read."""
-        return await queued_for(id, visitor, lambda: trackers.close(id))
+        return self._view(self._trackers.close(session))
 
-    @router.delete("/{id}", status_code=204)
-    def delete(id: str, visitor: CurrentVisitor) -> None:
-        """Delete a session and everything said in it."""
-        require_owner(id, visitor)
-        trackers.delete(id)
+    def list_sessions(
+        self,
+        limit: Annotated[int, Field(ge=1, le=200, description="At most so many.")] = 20,
+        offset: Annotated[int, Field(ge=0, le=10**9, description="After so many others.")] = 0,
+    ) -> Sessions:
+        """Which sessions there are, newest first, also of other conversations."""
+        return Sessions(
+            sessions=[
+                SessionView(
+                    id=each.id,
+                    created=each.created,
+                    task=each.task,
+                    turns=each.rounds,
+                    closed=each.ended is not None,
+                )
+                for each in self._trackers.sessions(limit=limit, offset=offset)
+            ]
+        )
 
-    return router
+    def delete_session(self, session: Session) -> Deleted:
+        """Delete a session with everything said in it; this cannot be undone."""
+        self._trackers.delete(session)
+        return Deleted(deleted=session)
+
+    def _view(self, tracked: Tracked) -> TrackerView:
+        return TrackerView.of(tracked, top=self._top)

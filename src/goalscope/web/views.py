@@ -4,15 +4,15 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import asdict
-from typing import Literal
+from typing import Any, Literal
 
-from pydantic import BaseModel
+from pydantic import BaseModel, ConfigDict
 
 from goalscope.agent import round as episodes
 from goalscope.agent.agent import NO_GOAL
 from goalscope.agent.people import AGREES, DECLINES
 from goalscope.base.text import model_shown
-from goalscope.base.types import UNSPECIFIED, Goal, GoalChange, StepResult
+from goalscope.base.types import UNSPECIFIED, Goal, GoalChange, StepResult, pluralize
 from goalscope.belief import belief as beliefs
 from goalscope.belief.advice import Advice
 from goalscope.belief.explain import Reason, in_words
@@ -20,18 +20,28 @@ from goalscope.cli.display import order_in_words
 from goalscope.storage.store import EpisodeInfo
 from goalscope.storage.tracking import Tracked
 
-__all__ = [
-    "ActionView",
-    "BeliefView",
-    "ChangeView",
-    "EpisodeView",
-    "GoalView",
-    "Live",
-    "RoundView",
-    "StoredEpisode",
-    "TrackerView",
-    "Why",
-]
+
+class RequestBody(BaseModel):
+    """Base of request bodies. Unknown fields are errors: a typo must not mean the default."""
+
+    model_config = ConfigDict(extra="forbid")
+
+
+def explained(faults: Any, body: type[BaseModel]) -> str:
+    """What is wrong with the fields of a body, in a sentence; unknown fields come first.
+
+    Args:
+        faults: The errors that pydantic found.
+        body: What was expected.
+    """
+    fault = next((each for each in faults if each["type"] == "extra_forbidden"), faults[0])
+    name = ".".join(str(part) for part in fault["loc"] if part != "body")
+    takes = f"It takes {', '.join(body.model_fields)}."
+    if fault["type"] == "extra_forbidden":
+        return f"There is no field {name!r}. {takes}"
+    if fault["type"] == "missing" and name:
+        return f"The field {name!r} is missing. {takes}"
+    return f"{name}: {fault['msg']}. {takes}"
 
 
 class GoalView(BaseModel):
@@ -183,12 +193,11 @@ class EpisodeView(BaseModel):
     score: float | None
     rounds: int
     first_words: str
-    mine: bool
 
     @classmethod
-    def of(cls, info: EpisodeInfo, *, mine: bool) -> EpisodeView:
-        """The view of an episode for one visitor."""
-        return cls.model_validate({**asdict(info), "model": model_shown(info.model), "mine": mine})
+    def of(cls, info: EpisodeInfo) -> EpisodeView:
+        """The view of an episode."""
+        return cls.model_validate({**asdict(info), "model": model_shown(info.model)})
 
 
 class StoredEpisode(BaseModel):
@@ -198,12 +207,10 @@ class StoredEpisode(BaseModel):
     rounds: list[RoundView]
 
     @classmethod
-    def of(
-        cls, info: EpisodeInfo, rounds: Sequence[episodes.Round], *, mine: bool
-    ) -> StoredEpisode:
-        """The view of an episode for one visitor."""
+    def of(cls, info: EpisodeInfo, rounds: Sequence[episodes.Round]) -> StoredEpisode:
+        """The view of an episode."""
         return StoredEpisode(
-            episode=EpisodeView.of(info, mine=mine), rounds=[RoundView.of(each) for each in rounds]
+            episode=EpisodeView.of(info), rounds=[RoundView.of(each) for each in rounds]
         )
 
 
@@ -236,8 +243,8 @@ class Live(BaseModel):
 
     Attributes:
         version: Grows with each change, also over restarts of the server.
-        phase: "idle" for the person's turn, "waiting" in the queue, "thinking".
-        place: Number of tasks ahead in the queue.
+        phase: "idle" for the person's turn, "thinking" while the agent works or waits for the
+            model.
         step: What the agent is doing.
         query: The question that it asks; None until it is chosen.
         round: Number of the next utterance's round; 0 while the episode is being opened.
@@ -251,9 +258,8 @@ class Live(BaseModel):
     """
 
     version: int
-    phase: Literal["idle", "waiting", "thinking"]
+    phase: Literal["idle", "thinking"]
     completion_phrase: str
-    place: int = 0
     step: str = ""
     query: str | None = None
     round: int = 0
@@ -286,9 +292,16 @@ class TrackerView(BaseModel):
     closed: bool
 
     @classmethod
-    def of(cls, tracked: Tracked) -> TrackerView:
-        """The view of a session."""
+    def of(cls, tracked: Tracked, *, top: int | None = None) -> TrackerView:
+        """The view of a session, with at most so many goals."""
         advice, because = (None, None) if tracked.closed else tracked.advised
+        belief, notes = BeliefView.of(tracked.belief), list(tracked.notes)
+        if top is not None and (count := len(belief.goals)) > top:
+            notes.append(f"Of {count} goals, the {top} likeliest are shown.")
+            belief.goals = belief.goals[:top]
+            if belief.set_90 is not None and len(belief.set_90) > top:
+                notes.append(f"The set of 90 % holds {pluralize(len(belief.set_90), 'goal')}.")
+                belief.set_90 = None
         return cls(
             id=tracked.id,
             task=tracked.task,
@@ -296,9 +309,9 @@ class TrackerView(BaseModel):
             advice=advice,
             because=because,
             in_words=in_words(tracked.belief, tracked.turns, doubted=advice not in ("act", None)),
-            belief=BeliefView.of(tracked.belief),
+            belief=belief,
             changes=[ChangeView.of(change) for change in tracked.changes],
-            notes=list(tracked.notes),
+            notes=notes,
             closed=tracked.closed,
         )
 

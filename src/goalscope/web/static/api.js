@@ -7,11 +7,11 @@
  * @typedef {{text: string, ok: boolean, observation: string, irreversible: boolean}} Action
  * @typedef {{id: string, created: string, domain: string, profile: ?string, method: string,
  *   model: string, task: string, ended: ?("terminated"|"truncated"), score: ?number,
- *   rounds: number, first_words: string, mine: boolean}} Episode
+ *   rounds: number, first_words: string}} Episode
  * @typedef {{number: number, query: string, utterance: string, understood: string[], belief: ?Belief,
  *   belief_note: string, changes: Change[], actions: Action[], replans: number,
  *   status: string, notes: string[], question: string, state: string, terminated: boolean}} Round
- * @typedef {{phase: "idle"|"waiting"|"thinking", place: number, step: string, query: ?string,
+ * @typedef {{phase: "idle"|"thinking", step: string, query: ?string,
  *   round: number, utterance: ?string, belief: ?Belief, changes: Change[], can_undo: boolean,
  *   confirm: ?{state: string, status: string, question: string, yes: string, no: string},
  *   completion_phrase: string, error: ?string}} Live

@@ -49,10 +49,10 @@ export function nameOfDomain(name) {
 /** Who talks in an episode. */
 export function personOf(episode) {
   if (!acts(episode.domain)) return "a program's user";
-  return episode.profile ?? (episode.mine ? "you" : "somebody");
+  return episode.profile ?? "you";
 }
 
 /** Whether one can go on with it here. */
 export function goesOn(episode) {
-  return episode.mine && !episode.ended && !episode.profile && acts(episode.domain);
+  return !episode.ended && !episode.profile && isKnown(episode.domain);
 }

@@ -248,9 +248,6 @@ class Talk {
 /** What the agent does now, in words; empty while it is the person's turn. */
 function working(live, pending) {
   if (!live) return "";
-  if (live.phase === "waiting" && live.place > 0) {
-    return live.place === 1 ? "One person is ahead of you" : `${live.place} people are ahead of you`;
-  }
   if (live.phase === "idle" && pending === null) return "";
   const step = live.step || "thinking";
   return `${step[0].toUpperCase()}${step.slice(1)}\u2026`;
