@@ -183,7 +183,7 @@ class Store:
         round: Round,
         *,
         new: Mapping[str, Any] | None = None,
-        after: Round | Mapping[str, Any] | None = None,
+        after: Round | None = None,
         end: tuple[Ended, float | None] | None = None,
     ) -> None:
         """Store one finished round.
@@ -192,20 +192,18 @@ class Store:
             id: Of the episode.
             round: The round.
             new: The episode, of `new_episode`, if it is stored only with this round.
-            after: What must still be stored: the newest round, or the settings.
+            after: What must still be the newest round.
             end: How the episode ends with it, and its score; as for `finish`.
 
         Raises:
-            ConflictError: The round exists already, or what `after` names has changed.
+            ConflictError: The round exists already, or `after` has changed.
             GoalscopeError: The round cannot be written; all earlier ones are kept.
         """
         with self.writing() as connection:
             if new:
                 connection.execute(EPISODES.insert(), new)
-            if isinstance(after, Round):
+            if after:
                 _require_newest(connection, id, after)
-            elif after is not None:
-                _require_settings(connection, id, after)
             try:
                 connection.execute(ROUNDS.insert(), round_row(id, round))
             except IntegrityError as error:
@@ -248,21 +246,6 @@ class Store:
                 ROUNDS.update()
                 .where(ROUNDS.c.episode == id, ROUNDS.c.number == old.number)
                 .values(json=round_to_json(new))
-            )
-
-    def configure(self, id: str, old: Mapping[str, Any], new: Mapping[str, Any]) -> None:
-        """Replace the settings of an episode that has no rounds yet.
-
-        Raises:
-            ConflictError: The settings are no longer `old`, or there is a round.
-        """
-        settings = dumps(dict(new))
-        with self.writing() as connection:
-            _require_settings(connection, id, old)
-            if connection.scalar(select(func.count()).where(ROUNDS.c.episode == id)):
-                raise ConflictError(_CHANGED.format(id))
-            connection.execute(
-                EPISODES.update().where(EPISODES.c.id == id).values(settings=settings)
             )
 
     def finish(self, id: str, *, ended: Ended, score: float | None = None) -> None:
@@ -359,12 +342,6 @@ def _finish(connection: Connection, id: str, ended: Ended, score: float | None) 
     )
 
 
-def _require_settings(connection: Connection, id: str, settings: Mapping[str, Any]) -> None:
-    same = select(EPISODES.c.settings).where(EPISODES.c.id == id).with_for_update()
-    if json.loads(connection.scalar(same) or "null") != settings:
-        raise ConflictError(_CHANGED.format(id))
-
-
 def _require_newest(connection: Connection, id: str, round: Round) -> None:
     row = ROUNDS.c
     same = select(row.json).where(row.episode == id, row.number == round.number).with_for_update()
@@ -417,7 +394,7 @@ def new_episode(settings: Mapping[str, Any] | None = None, **values: str | None)
 
 def _infos() -> Select[Any]:
     own = ROUNDS.c.episode == EPISODES.c.id
-    rounds = select(func.count()).where(own).scalar_subquery()
+    rounds = select(func.count()).where(own, ROUNDS.c.number > 0).scalar_subquery()
     first = select(func.substr(ROUNDS.c.utterance, 1, _BEGINNING)).where(own, ROUNDS.c.number == 1)
     return select(EPISODES, rounds.label("rounds"), first.scalar_subquery().label("first_words"))
 

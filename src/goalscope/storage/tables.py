@@ -61,9 +61,12 @@ ROUNDS = Table(
     Column("query", EscapedText, nullable=False),
     Column("utterance", EscapedText, nullable=False),
     Column("json", Text, nullable=False),
-    CheckConstraint("number >= 1"),
+    CheckConstraint("number >= 0"),
 )
-"""Rounds, as `round_json` writes them; the turn stands in columns of its own to be searched."""
+"""Rounds, as `round_json` writes them; the turn stands in columns of its own to be searched.
+
+Tracking keeps the state before the first turn as round 0, which is no round of the episode.
+"""
 CORRECTIONS = Table(
     "corrections",
     METADATA,

@@ -6,7 +6,6 @@ from collections import OrderedDict
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import asdict, dataclass, replace
 from threading import Lock
-from typing import Any
 
 from goalscope.agent.round import Round
 from goalscope.agent.settings import Settings, likelihood_for, settings_of
@@ -32,7 +31,7 @@ from goalscope.belief.explain import Reason, reasons
 from goalscope.belief.goal_manager import GoalManager, made_from
 from goalscope.belief.tracker import Correction, GoalTracker
 from goalscope.models import Model, model_name
-from goalscope.storage.store import EpisodeInfo, Store
+from goalscope.storage.store import EpisodeInfo, Store, new_episode
 
 MAX_GOALS, MAX_TURNS = 200, 200
 """Of a session."""
@@ -52,10 +51,12 @@ class Tracked:
 
     Attributes:
         info: The episode of the store that keeps it.
+        start: The state before the first turn, as a round of number 0.
         rounds: One for each turn so far.
     """
 
     info: EpisodeInfo
+    start: Round
     rounds: tuple[Round, ...]
 
     @property
@@ -79,31 +80,26 @@ class Tracked:
         return tuple(round.turn for round in self.rounds)
 
     @property
+    def last(self) -> Round:
+        """The newest round, or `start`."""
+        return (self.start, *self.rounds)[-1]
+
+    @property
     def belief(self) -> Belief:
         """Over the goals and `UNSPECIFIED`, with the corrections since the last turn."""
-        if self.rounds:
-            return self.rounds[-1].belief
-        return belief_from_json(self.begun["belief"])
+        belief = self.last.belief
+        assert isinstance(belief, Belief)
+        return belief
 
     @property
     def changes(self) -> tuple[GoalChange, ...]:
         """Goals that came, went or were confirmed with the last turn and since."""
-        if self.rounds:
-            return self.rounds[-1].changes
-        return tuple(
-            GoalChange(each["kind"], Goal(**each["goal"]), each["reason"], each["final"])
-            for each in self.begun["changes"]
-        )
+        return self.last.changes
 
     @property
     def notes(self) -> tuple[str, ...]:
         """Notes about how the last turn was understood."""
-        return self.rounds[-1].notes if self.rounds else ()
-
-    @property
-    def begun(self) -> dict[str, Any]:
-        """The belief and corrections before the first turn, and whether goals are proposed."""
-        return self.info.settings[TRACKING]
+        return self.last.notes
 
     @property
     def advice(self) -> Advice:
@@ -128,6 +124,10 @@ class Trackers:
     """Tracking sessions. What a call has changed is on disk when it returns.
 
     Threads may share it; calls that need the model run one at a time, and reading waits for none.
+
+    All methods raise `InvalidInputError` if there is no such session or goal, if a text is empty,
+    broken or too long, or if the goals are too many. Those that change a session raise
+    `ConflictError` if it is closed, belongs to another model, or was changed elsewhere meanwhile.
 
     Args:
         store: Keeps the sessions, as episodes of the domain `TRACKING`.
@@ -157,9 +157,6 @@ class Trackers:
             goals: What the person may want.
             propose: Whether the model proposes goals when none explains the words, and removes its
                 own again.
-
-        Raises:
-            InvalidInputError: A text is empty, broken or too long, or the goals are too many.
         """
         settings = self._defaults
         task = checked_text(task, "task", MAX_TEXT)
@@ -173,32 +170,30 @@ class Trackers:
             if settings.calibration:
                 calibration = calibration_named(settings.calibration)
             belief = replace(tracker.belief, calibration=calibration)
-            id = self._store.begin(
+            new = new_episode(
                 domain=TRACKING,
                 method="good",
                 model=model_name(model),
                 task=task,
-                settings={**asdict(settings), TRACKING: _begun(belief, (), propose)},
+                settings={**asdict(settings), TRACKING: propose},
             )
-        return self.read(id)
+            self._store.append(new["id"], Round(0, Turn("", ""), belief, ()), new=new)
+        return self.read(new["id"])
 
     def sessions(self, *, limit: int | None = None, offset: int = 0) -> list[EpisodeInfo]:
         """The sessions, newest first."""
         return self._store.episodes(domain=TRACKING, newest_first=True, limit=limit, offset=offset)
 
     def read(self, id: str) -> Tracked:
-        """The session as it stands.
-
-        Raises:
-            InvalidInputError: There is no such session.
-        """
+        """The session as it stands."""
         try:
             info = self._store.episode(readable(id, "id"))
         except InvalidInputError:
             info = None
         if info is None or info.id != id or info.domain != TRACKING:
             raise InvalidInputError(f"There is no tracking session {id!r}.")
-        return Tracked(info, self._rounds(id))
+        start, *rounds = self._rounds(id)
+        return Tracked(info, start, tuple(rounds))
 
     def observe(self, id: str, turn: int | None, query: str, utterance: str) -> Tracked:
         """Take in what the person said.
@@ -213,9 +208,7 @@ class Trackers:
             utterance: What the person answered.
 
         Raises:
-            ConflictError: The turn was sent in other words, is not the next one, or the session is
-                closed or belongs to another model.
-            InvalidInputError: There is no such session, or a text is broken or too long.
+            ConflictError: The turn was sent in other words, or is not the next one.
         """
         query = checked_text(query, "query", MAX_TEXT) if readable(query, "query").strip() else ""
         said = Turn(query, checked_text(utterance, "utterance", MAX_TEXT))
@@ -242,17 +235,11 @@ class Trackers:
                 changes=(*corrections, *changes),
                 notes=tracker.notes,
             )
-            self._store.append(id, round, after=rounds[-1] if rounds else session.info.settings)
+            self._store.append(id, round, after=session.last)
             return replace(session, rounds=(*rounds, round))
 
     def add(self, id: str, goals: Iterable[str | Goal]) -> Tracked:
-        """Add goals; those that are there already change nothing.
-
-        Raises:
-            ConflictError: As for `observe`.
-            InvalidInputError: There is no such session, a text is empty, broken or too long, or the
-                goals are too many.
-        """
+        """Add goals; those that are there already change nothing."""
         goals = goals_of(goals)
 
         def change(tracker: GoalTracker) -> list[GoalChange]:
@@ -263,13 +250,7 @@ class Trackers:
         return self._change(id, change)
 
     def correct(self, id: str, correction: Correction, goal: str | Goal, text: str = "") -> Tracked:
-        """See `GoalTracker.correct`.
-
-        Raises:
-            ConflictError: As for `observe`.
-            InvalidInputError: There is no such session or goal, a text is empty, broken or too
-                long, or the goals are too many.
-        """
+        """See `GoalTracker.correct`."""
         (named,) = _checked([goal])
         if text:
             _checked([text])
@@ -283,11 +264,7 @@ class Trackers:
         return self._change(id, change)
 
     def why(self, id: str, goal: str | Goal = "") -> tuple[Goal, list[Reason]]:
-        """What each utterance says for a goal, the likeliest one if none is named.
-
-        Raises:
-            InvalidInputError: There is no such session or goal.
-        """
+        """What each utterance says for a goal, the likeliest one if none is named."""
         session = self.read(id)
         belief = session.belief
         named = belief.top(1)[0][0]
@@ -296,52 +273,38 @@ class Trackers:
         return named, reasons(belief, session.turns, named)
 
     def close(self, id: str) -> Tracked:
-        """End a session; it can still be read.
-
-        Raises:
-            InvalidInputError: There is no such session.
-        """
+        """End a session; it can still be read."""
         with self._lock:
             self.read(id)
             self._store.finish(id, ended="terminated")
         return self.read(id)
 
     def delete(self, id: str) -> None:
-        """Delete a session with everything said in it, also a turn that is being observed.
-
-        Raises:
-            InvalidInputError: There is no such session.
-        """
+        """Delete a session with everything said in it, also a turn that is being observed."""
         self.read(id)
         self._store.delete(id)
         with self._cache_lock:
             self._cache.pop(id, None)
 
     def _change(self, id: str, change: Callable[[GoalTracker], list[GoalChange]]) -> Tracked:
-        """Change the goals, and store that in the last round, or in the settings before it."""
+        """Change the goals, and store that in the newest round."""
         with self._lock:
             session = self.read(id)
             _, tracker = self._resume(session)
             changes = change(tracker)
             if not changes:
                 return session
-            if session.rounds:
-                last = session.rounds[-1]
-                new = replace(last, belief=tracker.belief, changes=(*last.changes, *changes))
-                self._store.amend(id, last, new)
-            else:
-                corrections = [each for each in changes if each.kind != "added"]
-                begun = _begun(
-                    tracker.belief, [*session.changes, *corrections], session.begun["propose"]
-                )
-                settings = session.info.settings
-                self._store.configure(id, settings, {**settings, TRACKING: begun})
+            if not session.rounds:  # goals before the first turn are given, and not changes
+                changes = [each for each in changes if each.kind != "added"]
+            last = session.last
+            new = replace(last, belief=tracker.belief, changes=(*last.changes, *changes))
+            self._store.amend(id, last, new)
         return self.read(id)
 
     def _rounds(self, id: str) -> tuple[Round, ...]:
         """The rounds of a session; all but the newest, which can change, are read only once."""
         known = self._cache.get(id, ())
-        rounds = (*known[:-1], *self._store.rounds(id, since=max(len(known), 1)))
+        rounds = (*known[:-1], *self._store.rounds(id, since=max(len(known) - 1, 0)))
         with self._cache_lock:
             self._cache[id] = rounds
             self._cache.move_to_end(id)
@@ -365,20 +328,11 @@ class Trackers:
         return model, tracker
 
 
-def _begun(belief: Belief, changes: Sequence[GoalChange], propose: bool) -> dict[str, Any]:
-    """`Tracked.begun` as JSON."""
-    return {
-        "belief": belief_to_json(belief),
-        "changes": [asdict(each) for each in changes],
-        "propose": propose,
-    }
-
-
 def _manage(
     session: Tracked, model: Model, tracker: GoalTracker, corrections: Sequence[GoalChange]
 ) -> list[GoalChange]:
     """Propose and remove goals after a turn, as an agent does; those that were given stay."""
-    if not session.begun["propose"]:
+    if not session.info.settings[TRACKING]:
         return []
     settings = settings_of(session.info.settings)
     modules = toolkit_of(model, settings.prompted)
