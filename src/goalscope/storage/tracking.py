@@ -24,7 +24,7 @@ from goalscope.base.types import (
     readable,
 )
 from goalscope.belief.advice import Advice, Advised, advised
-from goalscope.belief.belief import Belief, belief_from_json, belief_to_json
+from goalscope.belief.belief import Belief
 from goalscope.belief.calibration import DEFAULT
 from goalscope.belief.calibrations import calibration_named
 from goalscope.belief.explain import Reason, reasons
@@ -87,9 +87,7 @@ class Tracked:
     @property
     def belief(self) -> Belief:
         """Over the goals and `UNSPECIFIED`, with the corrections since the last turn."""
-        belief = self.last.belief
-        assert isinstance(belief, Belief)
-        return belief
+        return self.last.belief
 
     @property
     def changes(self) -> tuple[GoalChange, ...]:

@@ -2,29 +2,32 @@
 
 from __future__ import annotations
 
-import re
 from collections.abc import Mapping
-from dataclasses import MISSING, dataclass, fields
+from dataclasses import fields
 from pathlib import Path
-from typing import Any, get_args
+from typing import Annotated, Any, Literal
+
+from pydantic import ConfigDict, Field, ValidationError
+from pydantic.dataclasses import dataclass
 
 from goalscope.agent.agent import Method
 from goalscope.agent.settings import Domain
-from goalscope.base.inputs import is_list, nearest, read_table, refuse_unknown, shown
+from goalscope.base.inputs import nearest, read_table, shown
 from goalscope.base.types import InvalidInputError
-
-__all__ = ["BEST", "Plan", "plan_of", "read_plan"]
 
 BEST = 3
 """The best rating (Sec. 5); the worst is 0."""
 
+Text = Annotated[str, Field(pattern=r"\S")]
+Count = Annotated[int, Field(ge=0, le=1_000_000)]
 
-@dataclass(frozen=True, slots=True)
+
+@dataclass(frozen=True, slots=True, config=ConfigDict(extra="forbid", strict=True))
 class Plan:
     """A study.
 
     Attributes:
-        name: Part of its address: lowercase letters, digits and hyphens.
+        name: Part of its address: up to 60 lowercase letters, digits and hyphens.
         consent: What people consent to; an empty line starts a paragraph, as in `instructions`.
         instructions: What participants should do.
         title: Shown to participants.
@@ -40,30 +43,25 @@ class Plan:
         seed: Of the choice and order of items.
     """
 
-    name: str
-    consent: str
-    instructions: str
-    title: str = "How well did the assistant do?"
-    question: str = (
+    name: Annotated[str, Field(pattern="^[a-z0-9][a-z0-9-]{0,59}$")]
+    consent: Text
+    instructions: Text
+    title: Text = "How well did the assistant do?"
+    question: Text = (
         "How relevant and reasonable is this for the person's profile and the assistant's task? "
         "Please do not penalise inefficiency or repeats."
     )
-    scale: tuple[str, ...] = (
+    scale: Annotated[tuple[str, ...], Field(strict=False, min_length=4, max_length=4)] = (
         "least reasonable", "less reasonable", "more reasonable", "most reasonable",
     )  # fmt: skip
     thanks: str = "You may close this page."
-    domain: str = ""
-    methods: tuple[str, ...] = ()
+    domain: Domain | Literal[""] = ""
+    methods: Annotated[tuple[Method, ...], Field(strict=False)] = ()
     transcript: bool = False
-    ratings_per_item: int = 5
-    items_per_participant: int = 10
-    min_explanation: int = 20
-    seed: int = 0
-
-
-LEAST = {"ratings_per_item": 1, "items_per_participant": 1}
-MOST = {"min_explanation": 500, "items_per_participant": 200}
-CHOICES = {"domain": get_args(Domain), "methods": get_args(Method)}
+    ratings_per_item: Annotated[Count, Field(ge=1)] = 5
+    items_per_participant: Annotated[Count, Field(ge=1, le=200)] = 10
+    min_explanation: Annotated[Count, Field(le=500)] = 20
+    seed: Count = 0
 
 
 def read_plan(file: Path) -> Plan:
@@ -82,46 +80,14 @@ def plan_of(table: Mapping[str, Any], label: str) -> Plan:
     Raises:
         InvalidInputError: The table is invalid.
     """
-    known = {each.name: each for each in fields(Plan)}
-    refuse_unknown(table, tuple(known), label)
-    for key, each in known.items():
-        if key not in table and each.default is MISSING:
-            raise InvalidInputError(f"{label}: the key {key!r} is missing.")
-    read = {key: _value(key, table[key], str(known[key].type), label) for key in table}
-    plan = Plan(**read)
-    if not re.fullmatch("[a-z0-9][a-z0-9-]{0,59}", plan.name):
-        raise InvalidInputError(
-            f"{label}: 'name' is part of the study's address. Use up to 60 lowercase letters, "
-            f"digits and hyphens, not {shown(plan.name)}."
-        )
-    for key in ("consent", "instructions", "title", "question"):
-        if not getattr(plan, key).strip():
-            raise InvalidInputError(f"{label}: {key!r} must not be empty.")
-    if len(plan.scale) != BEST + 1:
-        raise InvalidInputError(
-            f"{label}: 'scale' must have {BEST + 1} texts, the labels of 0 to {BEST}."
-        )
-    return plan
-
-
-def _value(key: str, value: Any, kind: str, label: str) -> Any:
-    where = f"{label}: {key!r}"
-    if kind.startswith("tuple"):
-        if not is_list(value, str):
-            raise InvalidInputError(f"{where} must be a list of texts, not {shown(value)}.")
-        return tuple(_value(key, each, "str", label) for each in value)
-    if kind == "int":
-        least, most = LEAST.get(key, 0), MOST.get(key, 1_000_000)
-        if type(value) is not int or not least <= value <= most:
-            raise InvalidInputError(
-                f"{where} must be a whole number from {least} to {most}, not {shown(value)}."
-            )
-        return value
-    if not isinstance(value, bool if kind == "bool" else str):
-        what = "true or false" if kind == "bool" else "a text"
-        raise InvalidInputError(f"{where} must be {what}, not {shown(value)}.")
-    if isinstance(value, str) and value and value not in CHOICES.get(key, (value,)):
-        raise InvalidInputError(
-            f"{where}: {shown(value)} is unknown; {nearest(value, CHOICES[key])}"
-        )
-    return value
+    try:
+        return Plan(**table)
+    except ValidationError as error:
+        fault = error.errors()[0]
+    key, *inner = map(str, fault["loc"])
+    if fault["type"] == "unexpected_keyword_argument":
+        hint = nearest(key, [each.name for each in fields(Plan)])
+        raise InvalidInputError(f"{label}: the key {shown(key)} is unknown; {hint}")
+    if fault["type"] == "missing" and not inner:
+        raise InvalidInputError(f"{label}: the key {key!r} is missing.")
+    raise InvalidInputError(f"{label}: {key!r}: {fault['msg']}, not {shown(fault['input'])}.")

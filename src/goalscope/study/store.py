@@ -18,9 +18,7 @@ from goalscope.storage.round_json import dumps
 from goalscope.storage.store import Store
 from goalscope.storage.tables import ANSWERS, ITEMS, PARTICIPANTS, STUDIES
 from goalscope.study.items import Item, chosen_episodes, item_of
-from goalscope.study.plan import BEST, Plan, plan_of
-
-__all__ = ["Answer", "Participant", "Study", "StudyStore", "assigned"]
+from goalscope.study.plan import Plan, plan_of
 
 HOLD = timedelta(hours=1)
 """How long items stay reserved for a participant who has not finished."""
@@ -66,14 +64,6 @@ class Answer:
     opened: str | None
     answered: str | None
     episode: str
-
-    @property
-    def seconds(self) -> float | None:
-        """Seconds from the first view to the first rating; None if a clock was set back."""
-        if self.opened is None or self.answered is None:
-            return None
-        between = datetime.fromisoformat(self.answered) - datetime.fromisoformat(self.opened)
-        return between.total_seconds() if between >= timedelta() else None
 
 
 @dataclass(frozen=True, slots=True)
@@ -264,10 +254,8 @@ class StudyStore:
 
         Raises:
             ConflictError: There is another answer with this revision, or a newer one.
-            InvalidInputError: The participant has no such item, or the rating is invalid.
+            InvalidInputError: The participant has no such item.
         """
-        if not 0 <= rating <= BEST:
-            raise InvalidInputError(f"A rating is a number from 0 to {BEST}.")
         with self._store.writing() as connection:
             row = _answer(connection, participant, place, lock=True)
             if revision > row.revision:

@@ -32,13 +32,11 @@ from goalscope.storage.tables import CELLS
 from goalscope.study.plan import BEST
 from goalscope.study.store import Participant, Study, StudyStore
 
-__all__ = ["as_csv", "krippendorff_alpha", "study_tables"]
-
 Array = npt.NDArray[np.float64]
 COLUMNS = (
     "study", "participant", "external_id", "joined", "finished", "place", "item", "episode",
     "domain", "profile", "method", "state_score", "rating", "explanation", "revision", "opened",
-    "answered", "seconds",
+    "answered",
 )  # fmt: skip
 
 
@@ -278,7 +276,7 @@ def as_csv(store: Store, study: Study, *, ids: bool = True) -> str:
             line = (
                 study.plan.name, *person, answer.place, answer.item, info.id, info.domain,
                 info.profile, info.method, info.score, answer.rating, answer.explanation,
-                answer.revision, answer.opened, answer.answered, answer.seconds,
+                answer.revision, answer.opened, answer.answered,
             )  # fmt: skip
             writer.writerow([inert(cell) if isinstance(cell, str) else cell for cell in line])
     return file.getvalue()
