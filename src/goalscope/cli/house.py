@@ -12,8 +12,6 @@ from goalscope.base.types import InvalidInputError, pluralize
 from goalscope.cli.options import Json
 from goalscope.cli.terminal import console
 
-__all__ = ["house"]
-
 house = typer.Typer(
     no_args_is_help=True,
     rich_markup_mode=None,

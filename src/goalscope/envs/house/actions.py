@@ -12,8 +12,6 @@ from goalscope.envs.house.simulator.object_types import ACTS, PREDICATES, SINGLE
 from goalscope.envs.house.simulator.state import is_whole
 from goalscope.envs.house.view import View, the
 
-__all__ = ["FILLS", "IRREVERSIBLE", "NAMES", "accepts", "cooks", "possible", "starts", "undoing"]
-
 FILLS = {"fill": "water", "fill with coffee": "coffee", "fill with wine": "wine"}
 """What the actions that fill something fill it with."""
 

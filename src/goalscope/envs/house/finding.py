@@ -14,9 +14,6 @@ from goalscope.envs.house.view import View, are, called, readable, the
 from goalscope.language.dialogue_state import DialogueState
 from goalscope.language.orders import Order
 
-__all__ = ["EVERYTHING", "GROUPS", "Finder", "Found", "asked_about", "bound", "facts_of"]
-__all__ += ["kinds_in", "remains"]
-
 EVERYTHING = "everything"
 """What names all that is here."""
 

@@ -10,8 +10,6 @@ from goalscope.base.types import GoalscopeError
 from goalscope.envs.house.simulator.controller import Controller
 from goalscope.envs.house.simulator.state import ENCLOSING, by_id, innermost, is_at
 
-__all__ = ["Primitives", "Refusal"]
-
 _LOOKS = {30.0: 0, 0.0: 1, 60.0: 2, -30.0: 3}
 """The horizons from which things are best seen, the best first."""
 _PLAINER = (

@@ -12,8 +12,6 @@ from goalscope.base.types import InvalidInputError, Profile
 from goalscope.envs.house.simulator.object_types import STATES, object_types, unfit_state
 from goalscope.envs.house.simulator.state import by_id, is_whole
 
-__all__ = ["checks_met", "load_profiles", "types_in"]
-
 _FORMS: Mapping[str, tuple[str, ...]] = {"object": ("count",), "every": (), "no": ()}
 """The forms of a check by their main key, with the keys that can accompany it."""
 

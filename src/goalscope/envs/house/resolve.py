@@ -17,8 +17,6 @@ from goalscope.envs.house.simulator.state import innermost, is_at, is_whole
 from goalscope.envs.house.view import View, readable
 from goalscope.language.orders import Order
 
-__all__ = ["Resolver"]
-
 _PERSON = frozenset({"me", "us", "here", "hand"})
 """Places that mean the robot's hand, as there is no person in the house."""
 

@@ -11,8 +11,6 @@ from goalscope.base.types import Action
 from goalscope.envs.house.simulator.object_types import ACTS, object_types
 from goalscope.envs.house.simulator.state import innermost, is_whole
 
-__all__ = ["View", "are", "called", "names", "readable", "the"]
-
 _UNKNOWN = "unknown thing"
 """What a thing of an unknown type is called: its type may be anyone's words."""
 

@@ -12,8 +12,6 @@ from goalscope.envs.house.simulator.object_types import LIQUIDS, SINGLE, object_
 from goalscope.envs.house.simulator.objects import slices_of
 from goalscope.envs.house.simulator.state import ENCLOSING, Failure, State, is_whole, number
 
-__all__ = ["ACTS"]
-
 _ONLY_WATER = frozenset({"HousePlant", "Kettle", "Pot", "WateringCan"})
 _ONLY_WINE_AND_WATER = frozenset({"WineBottle"})
 _WORKS_NO_MORE = frozenset({"CellPhone", "Laptop", "Television"})
@@ -40,7 +38,7 @@ _FLOOR_THROUGH = frozenset({"Box", "Drawer", "DogBed", "GarbageCan", "Safe", "Sh
 _NEVER_FLOOR = frozenset({"Cabinet", "Fridge", "Sink", "Bathtub", "Toilet"})
 
 
-def open_object(
+def _open_object(
     state: State, objectId: str, openness: float = 1.0, forceAction: bool = False
 ) -> None:
     if not 0 <= number(openness, "openness") <= 1:
@@ -55,7 +53,7 @@ def open_object(
     thing["isOpen"], thing["openness"] = openness > 0, float(openness)
 
 
-def close_object(state: State, objectId: str, forceAction: bool = False) -> None:
+def _close_object(state: State, objectId: str, forceAction: bool = False) -> None:
     thing = state.target(objectId, force=forceAction)
     if not thing["openable"]:
         raise Failure(f"{objectId} is not an Openable object")
@@ -64,7 +62,7 @@ def close_object(state: State, objectId: str, forceAction: bool = False) -> None
     thing["isOpen"], thing["openness"] = False, 0.0
 
 
-def pickup_object(state: State, objectId: str, forceAction: bool = False) -> str:
+def _pickup_object(state: State, objectId: str, forceAction: bool = False) -> str:
     if state.held:
         raise Failure("Agent hand has something in it already! Can't pick up anything else")
     thing = state.objects.get(objectId)
@@ -80,7 +78,7 @@ def pickup_object(state: State, objectId: str, forceAction: bool = False) -> str
     return objectId
 
 
-def put_object(state: State, objectId: str, forceAction: bool = False) -> None:
+def _put_object(state: State, objectId: str, forceAction: bool = False) -> None:
     if state.held is None:
         raise Failure("Can't place an object if Agent isn't holding anything")
     if objectId not in state.objects:
@@ -92,7 +90,7 @@ def put_object(state: State, objectId: str, forceAction: bool = False) -> None:
     _let_go(state, thing)
 
 
-def drop_hand_object(state: State, forceAction: bool = False) -> dict[str, float]:
+def _drop_hand_object(state: State, forceAction: bool = False) -> dict[str, float]:
     """Drop what the hand holds onto what is below it."""
     if state.held is None:
         raise Failure("Nothing in hand to drop!")
@@ -120,27 +118,27 @@ def drop_hand_object(state: State, forceAction: bool = False) -> dict[str, float
     return dict(thing["position"])
 
 
-def push_object(
+def _push_object(
     state: State, objectId: str, moveMagnitude: str | float = "50", forceAction: bool = False
 ) -> None:
     _slide(state, objectId, moveMagnitude, forceAction, 1)
 
 
-def pull_object(
+def _pull_object(
     state: State, objectId: str, moveMagnitude: str | float = "50", forceAction: bool = False
 ) -> None:
     _slide(state, objectId, moveMagnitude, forceAction, -1)
 
 
-def toggle_object_on(state: State, objectId: str, forceAction: bool = False) -> None:
+def _toggle_object_on(state: State, objectId: str, forceAction: bool = False) -> None:
     _toggle(state, objectId, forceAction, on=True)
 
 
-def toggle_object_off(state: State, objectId: str, forceAction: bool = False) -> None:
+def _toggle_object_off(state: State, objectId: str, forceAction: bool = False) -> None:
     _toggle(state, objectId, forceAction, on=False)
 
 
-def slice_object(state: State, objectId: str, forceAction: bool = False) -> None:
+def _slice_object(state: State, objectId: str, forceAction: bool = False) -> None:
     thing = state.target(objectId, force=forceAction)
     if not thing["sliceable"]:
         raise Failure(f"{objectId} Does not have the CanBeSliced property!")
@@ -150,7 +148,7 @@ def slice_object(state: State, objectId: str, forceAction: bool = False) -> None
     _replace(state, thing)
 
 
-def break_object(state: State, objectId: str, forceAction: bool = False) -> None:
+def _break_object(state: State, objectId: str, forceAction: bool = False) -> None:
     if state.objects.get(objectId, {}).get("isBroken"):
         raise Failure(f"{objectId} is already broken!")
     thing = state.target(objectId, force=forceAction)
@@ -161,7 +159,7 @@ def break_object(state: State, objectId: str, forceAction: bool = False) -> None
     if thing["isFilledWithLiquid"]:
         thing["isFilledWithLiquid"], thing["fillLiquid"] = False, None
     if objectId == state.held:
-        drop_hand_object(state)
+        _drop_hand_object(state)
     thing["isBroken"] = True
     for each in state.contents(objectId):
         others = [own for own in each["parentReceptacles"] or () if own != objectId]
@@ -170,7 +168,7 @@ def break_object(state: State, objectId: str, forceAction: bool = False) -> None
         _replace(state, thing)
 
 
-def cook_object(state: State, objectId: str, forceAction: bool = False) -> None:
+def _cook_object(state: State, objectId: str, forceAction: bool = False) -> None:
     thing = state.target(objectId, force=forceAction)
     if not thing["cookable"]:
         raise Failure(f"{objectId} does not have the CanBeCooked property!")
@@ -179,15 +177,15 @@ def cook_object(state: State, objectId: str, forceAction: bool = False) -> None:
     thing["isCooked"] = True
 
 
-def dirty_object(state: State, objectId: str, forceAction: bool = False) -> None:
+def _dirty_object(state: State, objectId: str, forceAction: bool = False) -> None:
     _soil(state, objectId, forceAction, dirty=True)
 
 
-def clean_object(state: State, objectId: str, forceAction: bool = False) -> None:
+def _clean_object(state: State, objectId: str, forceAction: bool = False) -> None:
     _soil(state, objectId, forceAction, dirty=False)
 
 
-def fill_object(state: State, objectId: str, fillLiquid: str, forceAction: bool = False) -> None:
+def _fill_object(state: State, objectId: str, fillLiquid: str, forceAction: bool = False) -> None:
     thing = state.target(objectId, force=forceAction)
     if not thing["canFillWithLiquid"]:
         raise Failure(f"{objectId} does not have CanBeFilled property!")
@@ -205,7 +203,7 @@ def fill_object(state: State, objectId: str, fillLiquid: str, forceAction: bool 
         thing["temperature"] = "Hot"
 
 
-def empty_object(state: State, objectId: str, forceAction: bool = False) -> None:
+def _empty_object(state: State, objectId: str, forceAction: bool = False) -> None:
     thing = state.target(objectId, force=forceAction)
     if not thing["canFillWithLiquid"]:
         raise Failure(f"{objectId} does not have CanBeFilled property!")
@@ -214,7 +212,7 @@ def empty_object(state: State, objectId: str, forceAction: bool = False) -> None
     thing["isFilledWithLiquid"], thing["fillLiquid"] = False, None
 
 
-def use_up_object(state: State, objectId: str, forceAction: bool = False) -> None:
+def _use_up_object(state: State, objectId: str, forceAction: bool = False) -> None:
     thing = state.target(objectId, force=forceAction)
     if not thing["canBeUsedUp"]:
         raise Failure(f"{objectId} does not have CanBeUsedUp property!")
@@ -224,23 +222,23 @@ def use_up_object(state: State, objectId: str, forceAction: bool = False) -> Non
 
 
 ACTS: Mapping[str, Callable[..., Any]] = {
-    "OpenObject": open_object,
-    "CloseObject": close_object,
-    "PickupObject": pickup_object,
-    "PutObject": put_object,
-    "DropHandObject": drop_hand_object,
-    "PushObject": push_object,
-    "PullObject": pull_object,
-    "ToggleObjectOn": toggle_object_on,
-    "ToggleObjectOff": toggle_object_off,
-    "FillObjectWithLiquid": fill_object,
-    "EmptyLiquidFromObject": empty_object,
-    "SliceObject": slice_object,
-    "CookObject": cook_object,
-    "BreakObject": break_object,
-    "DirtyObject": dirty_object,
-    "CleanObject": clean_object,
-    "UseUpObject": use_up_object,
+    "OpenObject": _open_object,
+    "CloseObject": _close_object,
+    "PickupObject": _pickup_object,
+    "PutObject": _put_object,
+    "DropHandObject": _drop_hand_object,
+    "PushObject": _push_object,
+    "PullObject": _pull_object,
+    "ToggleObjectOn": _toggle_object_on,
+    "ToggleObjectOff": _toggle_object_off,
+    "FillObjectWithLiquid": _fill_object,
+    "EmptyLiquidFromObject": _empty_object,
+    "SliceObject": _slice_object,
+    "CookObject": _cook_object,
+    "BreakObject": _break_object,
+    "DirtyObject": _dirty_object,
+    "CleanObject": _clean_object,
+    "UseUpObject": _use_up_object,
 }
 """AI2-THOR's name of each act; the arguments after the state are AI2-THOR's, too."""
 

@@ -16,8 +16,6 @@ from goalscope.envs.house.simulator.scenes import load_scene
 from goalscope.envs.house.simulator.state import Scene
 from goalscope.envs.house.simulator.world import House
 
-__all__ = ["Controller", "Event", "HouseController", "start_thor"]
-
 RAISED = ("InvalidAction", "MissingArguments", "InvalidArgument")
 """Error codes that AI2-THOR's Controller raises a ValueError for."""
 

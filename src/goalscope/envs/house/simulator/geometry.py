@@ -7,20 +7,6 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, NamedTuple
 
-__all__ = [
-    "Box",
-    "Pose",
-    "Vec",
-    "as_dict",
-    "box_metadata",
-    "box_of",
-    "moved",
-    "reachable",
-    "sees",
-    "spots",
-    "vec",
-]
-
 Vec = tuple[float, float, float]
 """x, y (up) and z, in m."""
 

@@ -18,8 +18,6 @@ from goalscope.envs.house.simulator.state import (
     number,
 )
 
-__all__ = ["MOTIONS", "QUERIES"]
-
 STEEPEST = (-30.0, 60.0)
 """The camera's lowest and highest horizon, in degrees down."""
 
@@ -30,7 +28,7 @@ MOST_OFF = 0.1
 """How far above or below the height at which it stands the agent may be set, in m."""
 
 
-def teleport(
+def _teleport(
     state: State,
     position: Mapping[str, float] | None = None,
     rotation: Mapping[str, float] | float | None = None,
@@ -115,15 +113,15 @@ def _posture(standing: bool) -> Callable[..., None]:
     return posture
 
 
-def wait(state: State) -> None:
+def _wait(state: State) -> None:
     """Do nothing."""
 
 
-def get_reachable_positions(state: State) -> list[dict[str, float]]:
+def _get_reachable_positions(state: State) -> list[dict[str, float]]:
     return [as_dict(each) for each in state.reachable()]
 
 
-def get_interactable_poses(state: State, objectId: str) -> list[dict[str, Any]]:
+def _get_interactable_poses(state: State, objectId: str) -> list[dict[str, Any]]:
     """Poses from which the object can be seen and reached, the nearest positions first."""
     thing = state.objects.get(objectId)
     if thing is None:
@@ -144,7 +142,7 @@ def get_interactable_poses(state: State, objectId: str) -> list[dict[str, Any]]:
 
 
 MOTIONS: Mapping[str, Callable[..., Any]] = {
-    "Teleport": teleport,
+    "Teleport": _teleport,
     "MoveAhead": _walk(0),
     "MoveRight": _walk(90),
     "MoveBack": _walk(180),
@@ -155,13 +153,13 @@ MOTIONS: Mapping[str, Callable[..., Any]] = {
     "LookUp": _tilt(-1),
     "Stand": _posture(True),
     "Crouch": _posture(False),
-    "Pass": wait,
+    "Pass": _wait,
 }
 """AI2-THOR's name of each motion; the arguments after the state are AI2-THOR's, too."""
 
 QUERIES: Mapping[str, Callable[..., Any]] = {
-    "GetReachablePositions": get_reachable_positions,
-    "GetInteractablePoses": get_interactable_poses,
+    "GetReachablePositions": _get_reachable_positions,
+    "GetInteractablePoses": _get_interactable_poses,
 }
 """Actions that only ask: the house is as before, and no time has passed."""
 

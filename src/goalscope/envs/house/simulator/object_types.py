@@ -10,9 +10,6 @@ from importlib.resources import files
 
 from goalscope.base.inputs import shown
 
-__all__ = ["ACTS", "FLAGS", "LASTING", "LIQUIDS", "PREDICATES", "SINGLE", "STATES", "ObjectType"]
-__all__ += ["object_type", "object_types", "unfit_state"]
-
 FLAGS = (
     "pickupable",
     "moveable",

@@ -10,8 +10,6 @@ from typing import Any
 from goalscope.envs.house.simulator.geometry import Vec, as_dict, box_metadata, box_of, vec
 from goalscope.envs.house.simulator.object_types import FLAGS, STATES, ObjectType, object_type
 
-__all__ = ["new_floor", "new_object", "pieces", "slices_of"]
-
 _NAMES = {
     "Apple": "AppleSliced",
     "Bread": "BreadSliced",

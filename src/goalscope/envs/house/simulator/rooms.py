@@ -3,14 +3,16 @@
 from __future__ import annotations
 
 import math
-import re
 import zlib
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
 from importlib.resources.abc import Traversable
 from pathlib import Path
-from typing import Any, cast
+from typing import Annotated, Any, Literal
 
-from goalscope.base.inputs import is_list, nearest, read_table, refuse_unknown, shown
+from pydantic import Field
+
+from goalscope.base.inputs import nearest, read_toml, shown
 from goalscope.base.text import without_invisible
 from goalscope.base.types import InvalidInputError
 from goalscope.envs.house.simulator.geometry import RADIUS, Box, Vec, box_of
@@ -23,12 +25,6 @@ from goalscope.envs.house.simulator.object_types import (
 )
 from goalscope.envs.house.simulator.objects import new_floor, new_object
 from goalscope.envs.house.simulator.state import ENCLOSING, EYE_HEIGHT, Scene, State
-
-__all__ = ["read_room"]
-
-_PLACES = ("at", "in", "on")
-_STATES = [key for key in STATES if key not in ("isFilledWithLiquid", "isSliced", "isPickedUp")]
-_KEYS = ("type", "label", *_PLACES, "size", "rotation", "controls", *_STATES)
 
 MOST_OBJECTS = 200
 CEILING = 3.0
@@ -49,7 +45,55 @@ _WALL = 0.02
 """Thickness of a receptacle's walls, in m."""
 
 
-def read_room(source: Path | Traversable, *, label: str) -> Scene:
+_Metres = Annotated[float, Field(ge=0, le=50)]
+_Size = Annotated[float, Field(ge=0.001, le=50)]
+_Degrees = Annotated[float, Field(ge=-360, le=360)]
+_Text = Annotated[str, Field(min_length=1, max_length=60)]
+
+
+@dataclass(frozen=True, slots=True)
+class _AgentRow:
+    position: tuple[_Metres, _Metres]
+    rotation: _Degrees = 0.0
+
+
+@dataclass(frozen=True, slots=True)
+class _Row:
+    """An [[object]]; None where a key is not given."""
+
+    type: _Text
+    label: _Text | None = None
+    at: Annotated[tuple[_Metres, ...], Field(min_length=2, max_length=3)] | None = None
+    in_: Annotated[_Text | None, Field(alias="in")] = None
+    on: _Text | None = None
+    size: tuple[_Size, _Size, _Size] | None = None
+    rotation: _Degrees = 0.0
+    controls: _Text | None = None
+    isOpen: bool | None = None
+    isToggled: bool | None = None
+    isBroken: bool | None = None
+    isDirty: bool | None = None
+    isUsedUp: bool | None = None
+    isCooked: bool | None = None
+    fillLiquid: Literal["water", "coffee", "wine"] | None = None
+    temperature: Literal["Cold", "RoomTemp", "Hot"] | None = None
+
+    @property
+    def states(self) -> dict[str, bool | str]:
+        """The states that are given."""
+        given = {key: getattr(self, key) for key in STATES if hasattr(self, key)}
+        return {key: value for key, value in given.items() if value is not None}
+
+
+@dataclass(frozen=True, slots=True)
+class _Room:
+    name: Annotated[str, Field(pattern=r"^[A-Za-z0-9_]{1,60}$")]
+    size: tuple[Annotated[float, Field(ge=1, le=50)], Annotated[float, Field(ge=1, le=50)]]
+    agent: _AgentRow
+    object: Annotated[tuple[_Row, ...], Field(min_length=1, max_length=MOST_OBJECTS)]
+
+
+def read_room(source: Path | Traversable) -> Scene:
     """Read a room from a TOML file: `name`, `size = [x, z]` in m, `[agent]`, and `[[object]]`s.
 
     One corner of the room is at x = 0 and z = 0. The agent has a `position = [x, z]` and may have
@@ -64,36 +108,28 @@ def read_room(source: Path | Traversable, *, label: str) -> Scene:
     a BathtubBasin `in` a Bathtub; a StoveKnob `controls` a StoveBurner. There is always a floor,
     light is switched on, and food in the fridge is cold.
 
-    Args:
-        source: The file.
-        label: What to call it in errors.
-
     Raises:
         InvalidInputError: The file cannot be read, or describes no possible room; the message
             names the file, the object, and the remedy.
     """
-    table = read_table(source)
-    refuse_unknown(table, ("name", "size", "agent", "object"), label)
-    name = table.get("name")
-    if not isinstance(name, str) or not re.fullmatch(r"\w{1,60}", name, re.ASCII):
-        raise InvalidInputError(
-            f"{label}: 'name' must be 1 to 60 letters, digits or underscores, not {shown(name)}."
-        )
-    width, depth = _numbers(table.get("size"), (2,), (1.0, 50.0), f"{label}: 'size'")
-    rows = table.get("object")
-    if not is_list(rows, dict) or not rows:
-        raise InvalidInputError(f"{label}: there is no [[object]] table. Add at least one.")
-    if len(rows) > MOST_OBJECTS:
-        raise InvalidInputError(f"{label}: {len(rows):,} objects; a room has up to {MOST_OBJECTS}.")
-    room = _Room(name, width, depth)
+    given, label = read_toml(source, _Room), source.name
+    width, depth = given.size
+    room = _Furnishing(given.name, width, depth)
     for standing in (True, False):
-        for number, row in enumerate(rows, 1):
-            if ("at" in row) == standing:
+        for number, row in enumerate(given.object, 1):
+            if (row.at is not None) == standing:
                 room.add(row, f"{label}, object {number}")
     room.connect()
-    agent = _agent(table.get("agent"), f"{label}, agent")
-    scene = Scene(name, tuple(room.objects.values()), agent)
-    x, z = agent["position"]["x"], agent["position"]["z"]
+    x, z = given.agent.position
+    agent = {
+        "name": "agent",
+        "position": {"x": x, "y": EYE_HEIGHT, "z": z},
+        "rotation": {"x": 0.0, "y": given.agent.rotation % 360, "z": 0.0},
+        "cameraHorizon": 0.0,
+        "isStanding": True,
+        "inHighFrictionArea": False,
+    }
+    scene = Scene(given.name, tuple(room.objects.values()), agent)
     inside = min(x, z, width - x, depth - z) >= RADIUS
     if not inside or any(box.distance(x, z) < RADIUS for box in State(scene).solids):
         raise InvalidInputError(
@@ -103,7 +139,7 @@ def read_room(source: Path | Traversable, *, label: str) -> Scene:
     return scene
 
 
-class _Room:
+class _Furnishing:
     """A room while it is furnished; `objects` is their metadata by id."""
 
     def __init__(self, name: str, width: float, depth: float) -> None:
@@ -115,26 +151,19 @@ class _Room:
         self.objects = {self.floor["objectId"]: self.floor}
         self.extent = Box((width / 2, CEILING / 2, depth / 2), (width, CEILING, depth))
 
-    def add(self, row: Mapping[str, Any], label: str) -> None:
+    def add(self, row: _Row, label: str) -> None:
         """Put one object into the room."""
         kind, label = self._kind(row, label)
-        size, rotation = kind.size, 0.0
-        if "size" in row:
-            wide, high, deep = _numbers(row["size"], (3,), (0.001, 50.0), f"{label}: 'size'")
-            size = (wide, high, deep)
-        if "rotation" in row:
-            (rotation,) = _numbers([row["rotation"]], (1,), (-360.0, 360.0), f"{label}: 'rotation'")
-        host = None
-        if "at" in row:
-            at = _numbers(row["at"], (2, 3), (0.0, 50.0), f"{label}: 'at'")
-            position = (at[0], at[1] if len(at) == 3 else 0.0, at[-1])
+        size, host = row.size or kind.size, None
+        if row.at is not None:
+            position = (row.at[0], row.at[1] if len(row.at) == 3 else 0.0, row.at[-1])
             if position[1] == 0.0:
                 host = self.floor
         else:
-            host = self._find(row.get("in", row.get("on")), label, "the receptacle")
-            outer = box_of(new_object(kind, (0.0, 0.0, 0.0), size, rotation)).size
+            host = self._find(row.in_ or row.on or "", label, "the receptacle")
+            outer = box_of(new_object(kind, (0.0, 0.0, 0.0), size, row.rotation)).size
             position = self._spot(kind, outer, host, label)
-        thing = new_object(kind, position, size, rotation)
+        thing = new_object(kind, position, size, row.rotation)
         if kind.name in _BASINS and host is not None:
             thing["objectId"], host = f"{host['objectId']}|{kind.name}", None
         box = box_of(thing)
@@ -160,9 +189,9 @@ class _Room:
                 self.objects[holder]["receptacleObjectIds"] = sorted([*ids, thing["objectId"]])
         thing["name"] = self._name(thing["objectId"])
         self.objects[thing["objectId"]] = thing
-        self.called.setdefault(row.get("label", kind.name), []).append(thing["objectId"])
+        self.called.setdefault(row.label or kind.name, []).append(thing["objectId"])
         if kind.name == "StoveKnob":
-            self.knobs.append((thing["objectId"], row.get("controls", ""), label))
+            self.knobs.append((thing["objectId"], row.controls or "", label))
 
     def connect(self) -> None:
         """Let each knob control its burner."""
@@ -172,36 +201,31 @@ class _Room:
                 raise InvalidInputError(f"{label}: 'controls' must be the label of a StoveBurner.")
             self.objects[knob]["controlledObjects"] = [target["objectId"]]
 
-    def _kind(self, row: Mapping[str, Any], label: str) -> tuple[ObjectType, str]:
+    def _kind(self, row: _Row, label: str) -> tuple[ObjectType, str]:
         """The object's type, and a label that names it; refuses what needs no room to be wrong."""
-        name, known = row.get("type"), object_types()
-        if not isinstance(name, str) or name not in known or name == "Floor":
-            hint = nearest(name, known) if isinstance(name, str) else "give one of AI2-THOR's."
-            hint = "the room has its floor already." if name == "Floor" else hint
+        name, known = row.type, object_types()
+        if name not in known or name == "Floor":
+            hint = "the room has its floor already." if name == "Floor" else nearest(name, known)
             raise InvalidInputError(f"{label}: the type {shown(name)} cannot be used; {hint}")
         label = f"{label} {name}"
-        own = row.get("label", name)
-        if not isinstance(own, str) or without_invisible(own) != own or not 0 < len(own) <= 60:
-            raise InvalidInputError(
-                f"{label}: 'label' must be a text of up to 60 characters, not {shown(own)}."
-            )
-        if "label" in row:
-            label = f"{label} {own!r}"
-            if own in self.called or (own in known and own != name):
+        if row.label is not None:
+            if without_invisible(row.label) != row.label:
+                raise InvalidInputError(
+                    f"{label}: 'label' has invisible characters. Leave them out."
+                )
+            label = f"{label} {row.label!r}"
+            if row.label in self.called or (row.label in known and row.label != name):
                 raise InvalidInputError(f"{label}: this label is taken. Choose another.")
-        refuse_unknown(row, _KEYS, label)
-        if len([key for key in _PLACES if key in row]) != 1:
-            raise InvalidInputError(
-                f"{label}: expected exactly one of the keys {', '.join(_PLACES)}."
-            )
-        if name in _BASINS and "at" in row:
+        if sum(each is not None for each in (row.at, row.in_, row.on)) != 1:
+            raise InvalidInputError(f"{label}: expected exactly one of the keys at, in, on.")
+        if name in _BASINS and row.at is not None:
             raise InvalidInputError(f"{label}: it must be in a {_BASINS[name]}, not 'at' a place.")
-        if "controls" in row and (name != "StoveKnob" or not isinstance(row["controls"], str)):
+        if row.controls is not None and name != "StoveKnob":
             raise InvalidInputError(f"{label}: 'controls' is for a StoveKnob, and names a burner.")
         return known[name], label
 
-    def _find(self, called: object, label: str, key: str) -> dict[str, Any]:
-        ids = self.called.get(called, []) if isinstance(called, str) else []
+    def _find(self, called: str, label: str, key: str) -> dict[str, Any]:
+        ids = self.called.get(called, [])
         if len(ids) == 1:
             return self.objects[ids[0]]
         if ids:
@@ -248,7 +272,7 @@ class _Room:
     def _set_states(
         self,
         thing: dict[str, Any],
-        row: Mapping[str, Any],
+        row: _Row,
         host: Mapping[str, Any] | None,
         label: str,
     ) -> None:
@@ -256,50 +280,16 @@ class _Room:
         thing["isToggled"] = kind == "LightSwitch"
         if host and host["objectType"] == "Fridge" and "Food" in (thing["salientMaterials"] or ()):
             thing["temperature"] = "Cold"
-        for key in _STATES:
-            if key in row:
-                if told := unfit_state(key, row[key], [kind]):
-                    raise InvalidInputError(f"{label}: {told}")
-                thing[key] = row[key]
+        for key, value in row.states.items():
+            if problem := unfit_state(key, value, [kind]):
+                raise InvalidInputError(f"{label}: {problem}")
+            thing[key] = value
         thing["openness"] = float(thing["isOpen"])
         thing["isFilledWithLiquid"] = thing["fillLiquid"] is not None
 
     def _name(self, object_id: str) -> str:
         kind = object_id.split("|")[-1] if object_id.count("|") > 3 else object_id.split("|")[0]
         return f"{kind}_{zlib.crc32(f'{self.name} {object_id}'.encode()):08x}"
-
-
-def _agent(row: object, label: str) -> dict[str, Any]:
-    if not isinstance(row, dict):
-        raise InvalidInputError(f"{label}: add a table [agent] with 'position = [x, z]'.")
-    given = cast("dict[str, Any]", row)
-    refuse_unknown(given, ("position", "rotation"), label)
-    x, z = _numbers(given.get("position"), (2,), (0.0, 50.0), f"{label}: 'position'")
-    turn = given.get("rotation", 0)
-    (turn,) = _numbers([turn], (1,), (-360.0, 360.0), f"{label}: 'rotation'")
-    return {
-        "name": "agent",
-        "position": {"x": x, "y": EYE_HEIGHT, "z": z},
-        "rotation": {"x": 0.0, "y": turn % 360, "z": 0.0},
-        "cameraHorizon": 0.0,
-        "isStanding": True,
-        "inHighFrictionArea": False,
-    }
-
-
-def _numbers(
-    value: object, lengths: Sequence[int], limits: tuple[float, float], label: str
-) -> list[float]:
-    """A list of so many finite numbers within limits."""
-    low, high = limits
-    given = cast("list[object]", value) if isinstance(value, list) else []
-    numbers = [each for each in given if isinstance(each, int | float)]
-    good = all(type(each) is not bool and low <= each <= high for each in numbers)
-    if not good or len(numbers) != len(given) or len(given) not in lengths:
-        many = " or ".join(str(length) for length in lengths)
-        what = f"a list of {many} numbers" if max(lengths) > 1 else "a number"
-        raise InvalidInputError(f"{label} must be {what} from {low:g} to {high:g}.")
-    return [float(each) for each in numbers]
 
 
 def _free_spot(level: Box, size: Vec, others: Iterable[Box]) -> tuple[float, float] | None:

@@ -10,21 +10,21 @@ import re
 import zlib
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
+from dataclasses import asdict, astuple, dataclass, fields
 from importlib.resources import files
 from pathlib import Path
-from typing import Any, cast
+from typing import Annotated, Any, Literal, cast
 
-from goalscope.base.inputs import shown
+from pydantic import Field
+
+from goalscope.base.inputs import shown, validated
 from goalscope.base.text import without_invisible
 from goalscope.base.types import InvalidInputError
 from goalscope.base.user_dirs import user_data
-from goalscope.envs.house.simulator.geometry import box_metadata, vec
+from goalscope.envs.house.simulator.geometry import box_metadata
 from goalscope.envs.house.simulator.object_types import LIQUIDS
 from goalscope.envs.house.simulator.rooms import read_room
 from goalscope.envs.house.simulator.state import Scene, State
-
-__all__ = ["import_scene", "known_scenes", "load_scene", "read_scene", "scene_from_metadata"]
-__all__ += ["scenes_folder"]
 
 MOST_BYTES = 64 * 2**20
 
@@ -35,13 +35,61 @@ MOST_TEXT = 200
 MOST_SIZE = 100.0
 """Longest side of an object, in m."""
 
-_TEXTS = ("objectId", "objectType", "name")
 _FLAGS = (
     "receptacle", "toggleable", "isToggled", "breakable", "isBroken", "canFillWithLiquid",
     "isFilledWithLiquid", "dirtyable", "isDirty", "canBeUsedUp", "isUsedUp", "cookable",
     "isCooked", "isHeatSource", "isColdSource", "sliceable", "isSliced", "openable", "isOpen",
     "pickupable", "isPickedUp", "moveable",
 )  # fmt: skip
+
+
+_Number = Annotated[float, Field(gt=-1e6, lt=1e6)]
+_Side = Annotated[float, Field(ge=0, le=MOST_SIZE)]
+
+
+@dataclass(frozen=True, slots=True)
+class _Vector:
+    x: _Number
+    y: _Number
+    z: _Number
+
+
+@dataclass(frozen=True, slots=True)
+class _Size:
+    x: _Side
+    y: _Side
+    z: _Side
+
+
+@dataclass(frozen=True, slots=True)
+class _Box:
+    center: _Vector | None = None
+    size: _Size = _Size(0.1, 0.1, 0.1)
+    cornerPoints: Any = None
+
+
+@dataclass(frozen=True, slots=True)
+class _Agent:
+    position: _Vector
+    rotation: _Vector
+    cameraHorizon: _Number = 0.0
+    isStanding: bool = True
+
+
+@dataclass(frozen=True, slots=True)
+class _Object:
+    """What the house reads of an object's metadata besides its names and flags."""
+
+    position: _Vector
+    rotation: _Vector = _Vector(0.0, 0.0, 0.0)
+    fillLiquid: Annotated[str, Field(max_length=20)] | None = None
+    temperature: Literal["RoomTemp", "Hot", "Cold"] = "RoomTemp"
+    openness: Annotated[float, Field(ge=0, le=1)] | None = None
+    mass: _Number = 0.0
+    parentReceptacles: list[str] | None = None
+    receptacleObjectIds: list[str] | None = None
+    controlledObjects: list[str] | None = None
+    axisAlignedBoundingBox: _Box | None = None
 
 
 def read_scene(path: str | Path) -> Scene:
@@ -52,7 +100,7 @@ def read_scene(path: str | Path) -> Scene:
     """
     path = Path(path)
     if path.suffix == ".toml":
-        return read_room(path, label=path.name)
+        return read_room(path)
     return scene_from_metadata(_json(path), label=path.name, name=path.name.partition(".")[0])
 
 
@@ -69,7 +117,7 @@ def known_scenes() -> dict[str, Callable[[], Scene]]:
 
 def _own() -> dict[str, Callable[[], Scene]]:
     return {
-        entry.name.removesuffix(".toml"): lambda entry=entry: read_room(entry, label=entry.name)
+        entry.name.removesuffix(".toml"): lambda entry=entry: read_room(entry)
         for entry in (files("goalscope.envs.house") / "data" / "scenes").iterdir()
         if entry.name.endswith(".toml")
     }
@@ -230,7 +278,11 @@ def scene_from_metadata(metadata: Any, *, label: str, name: str | None = None) -
         )
     agent = table.get("agent")
     if agent is not None:
-        agent = _agent(agent, f"{label}, agent")
+        agent = {
+            "name": "agent",
+            **asdict(validated(_known(agent, _Agent), _Agent, f"{label}, agent")),
+            "inHighFrictionArea": False,
+        }
     title = table.get("sceneName") or name or "Imported"
     if not _is_text(title, MOST_TEXT):
         raise InvalidInputError(f"{label}: 'sceneName' must be a short text.")
@@ -244,126 +296,66 @@ def _object(row: Any, label: str) -> dict[str, Any]:
     if not isinstance(row, dict):
         raise InvalidInputError(f"{label}: expected a JSON object, not {type(row).__name__}.")
     given = cast("dict[str, Any]", row)
-    for key in _TEXTS:
-        text = given.get(key, given.get("objectId") if key == "name" else None)
+    names = {key: given.get(key) for key in ("objectId", "objectType")}
+    names["name"] = given.get("name", names["objectId"])
+    for key, text in names.items():
         if not text or not _is_text(text, MOST_TEXT):
             raise InvalidInputError(
                 f"{label}: {key!r} must be a text of 1 to {MOST_TEXT} characters without control "
                 "characters. Is this the metadata of AI2-THOR 5?"
             )
     label = f"{label} {given['objectId']!r}"
-    flags = {key: _flag(given.get(key, False), label, key) for key in _FLAGS}
-    position = _vector(given.get("position"), f"{label}, 'position'")
-    lists = {
-        key: _ids(given.get(key), f"{label}, {key!r}")
-        for key in ("parentReceptacles", "receptacleObjectIds", "controlledObjects")
-    }
-    if flags["receptacle"] and lists["receptacleObjectIds"] is None:
-        lists["receptacleObjectIds"] = []
-    temperature = given.get("temperature", "RoomTemp")
-    if temperature not in ("RoomTemp", "Hot", "Cold"):
-        raise InvalidInputError(f"{label}: 'temperature' must be RoomTemp, Hot or Cold.")
-    liquid = given.get("fillLiquid")
-    if liquid is not None and not _is_text(liquid, 20):
+    flags = validated({key: given.get(key, False) for key in _FLAGS}, dict[str, bool], label)
+    thing = validated(_known(given, _Object), _Object, label)
+    ids = (thing.parentReceptacles, thing.receptacleObjectIds, thing.controlledObjects)
+    for own in [own for each in ids for own in each or ()]:
+        if not _is_text(own, MOST_TEXT):
+            raise InvalidInputError(f"{label}: {shown(own)} is no id of an object.")
+    if thing.fillLiquid and not _is_text(thing.fillLiquid, 20):
         raise InvalidInputError(f"{label}: 'fillLiquid' must be a short text or null.")
+    openness = float(flags["isOpen"]) if thing.openness is None else thing.openness
+    box = thing.axisAlignedBoundingBox or _Box()
     materials = given.get("salientMaterials")
     return {
-        **{key: given.get(key, "") for key in _TEXTS},
-        "name": given.get("name") or given["objectId"],
+        **names,
         "assetId": given["assetId"] if _is_text(given.get("assetId"), MOST_TEXT) else "",
-        "position": position,
-        "rotation": _vector(given.get("rotation", {"x": 0, "y": 0, "z": 0}), f"{label}, rotation"),
         "visible": False,
         "isInteractable": False,
         "distance": 0.0,
         **flags,
-        "fillLiquid": None if _is_odd_liquid(given) else liquid,
-        "temperature": temperature,
-        "openness": float(flags["isOpen"]) if "openness" not in given else _share(given, label),
-        "mass": _number(given.get("mass", 0.0), f"{label}, 'mass'"),
+        **asdict(thing),
+        "receptacleObjectIds": thing.receptacleObjectIds or ([] if flags["receptacle"] else None),
+        "fillLiquid": thing.fillLiquid if thing.fillLiquid in LIQUIDS else None,
+        "openness": openness,
         "salientMaterials": [
             each for each in cast("list[Any]", materials)[:20] if _is_text(each, 40)
         ]
         if isinstance(materials, list)
         else None,
-        **lists,
         "isMoving": False,
-        "axisAlignedBoundingBox": _bounds(given.get("axisAlignedBoundingBox"), position, label),
+        "axisAlignedBoundingBox": box_metadata(
+            astuple(box.center or thing.position), astuple(box.size)
+        ),
         "objectOrientedBoundingBox": _oriented(given.get("objectOrientedBoundingBox")),
     }
+
+
+def _known(given: Any, kind: type) -> Any:
+    """The keys that a dataclass has: AI2-THOR writes many more."""
+    if not isinstance(given, dict):
+        return given
+    table = cast("dict[str, Any]", given)
+    return {each.name: table[each.name] for each in fields(kind) if each.name in table}
 
 
 def _is_odd_liquid(given: Mapping[str, Any]) -> bool:
     return given.get("fillLiquid") not in (None, *LIQUIDS)
 
 
-def _agent(given: Any, label: str) -> dict[str, Any]:
-    if not isinstance(given, dict):
-        raise InvalidInputError(f"{label}: expected a JSON object.")
-    agent = cast("dict[str, Any]", given)
-    return {
-        "name": "agent",
-        "position": _vector(agent.get("position"), f"{label}, 'position'"),
-        "rotation": _vector(agent.get("rotation"), f"{label}, 'rotation'"),
-        "cameraHorizon": _number(agent.get("cameraHorizon", 0.0), f"{label}, 'cameraHorizon'"),
-        "isStanding": bool(agent.get("isStanding", True)),
-        "inHighFrictionArea": False,
-    }
-
-
 def _is_text(value: Any, most: int) -> bool:
     """Whether it is short, and without invisible characters and a model's control tokens."""
     is_short = isinstance(value, str) and len(value) <= most
     return is_short and "<|" not in value and without_invisible(value) == value
-
-
-def _flag(value: Any, label: str, key: str) -> bool:
-    if not isinstance(value, bool):
-        raise InvalidInputError(f"{label}: {key!r} must be true or false, not {shown(value)}.")
-    return value
-
-
-def _number(value: Any, label: str) -> float:
-    if isinstance(value, bool) or not isinstance(value, int | float) or not abs(value) < 1e6:
-        raise InvalidInputError(f"{label} must be a number, not {shown(value)}.")
-    return float(value)
-
-
-def _share(given: Mapping[str, Any], label: str) -> float:
-    openness = _number(given["openness"], f"{label}, 'openness'")
-    if not 0 <= openness <= 1:
-        raise InvalidInputError(f"{label}: 'openness' must lie between 0 and 1.")
-    return openness
-
-
-def _vector(value: Any, label: str) -> dict[str, float]:
-    point = cast("dict[str, Any]", value) if isinstance(value, dict) else {}
-    if not {"x", "y", "z"} <= point.keys():
-        raise InvalidInputError(f"{label} must be {{x, y, z}}, not {shown(cast('object', value))}.")
-    return {axis: _number(point[axis], label) for axis in "xyz"}
-
-
-def _ids(value: Any, label: str) -> list[str] | None:
-    if value is None:
-        return None
-    if not isinstance(value, list):
-        raise InvalidInputError(f"{label} must be a list of ids or null.")
-    ids = cast("list[Any]", value)
-    if not all(_is_text(each, MOST_TEXT) for each in ids):
-        raise InvalidInputError(f"{label} must be a list of ids or null.")
-    return list(ids)
-
-
-def _bounds(value: Any, position: Mapping[str, float], label: str) -> dict[str, Any]:
-    """The axis-aligned box; a small one around the position where there is none."""
-    box = cast("dict[str, Any]", value) if isinstance(value, dict) else {}
-    center = _vector(box.get("center", dict(position)), f"{label}, box center")
-    size = _vector(box.get("size", {"x": 0.1, "y": 0.1, "z": 0.1}), f"{label}, box size")
-    if not all(0 <= each <= MOST_SIZE for each in size.values()):
-        raise InvalidInputError(
-            f"{label}: the size of its box must lie between 0 and {MOST_SIZE:.0f} m."
-        )
-    return box_metadata(vec(center), vec(size))
 
 
 def _oriented(value: Any) -> dict[str, Any] | None:

@@ -21,9 +21,6 @@ from goalscope.envs.house.simulator.geometry import (
     vec,
 )
 
-__all__ = ["ENCLOSING", "Failure", "Scene", "State", "by_id", "innermost", "is_at", "is_whole"]
-__all__ += ["number"]
-
 ENCLOSING = frozenset({"Box", "Cabinet", "Drawer", "Fridge", "LaundryHamper", "Microwave", "Safe"})
 """Receptacles that hide what is in them while they are closed, and must be open for a put."""
 

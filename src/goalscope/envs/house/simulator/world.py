@@ -12,8 +12,6 @@ from goalscope.envs.house.simulator.geometry import STANDING_CAMERA, Pose, as_di
 from goalscope.envs.house.simulator.motion import MOTIONS, QUERIES
 from goalscope.envs.house.simulator.state import HAND, Failure, Scene, State
 
-__all__ = ["ACTIONS", "ROOM_TEMPERATURE_AFTER", "House"]
-
 ACTIONS: Mapping[str, Callable[..., Any]] = {**ACTS, **MOTIONS, **QUERIES}
 """Every action of the house, by AI2-THOR's name."""
 
