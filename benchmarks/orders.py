@@ -34,7 +34,7 @@ from goalscope.envs import Environment, Pick, execute
 from goalscope.experiment.summary import Table, percent
 from goalscope.language.dialogue_state import DialogueState, fold
 from goalscope.language.matcher import Matcher
-from goalscope.language.orders import Order, Reading
+from goalscope.language.orders import Order, Reading, examples_of
 from goalscope.language.reader import Reader, ReadExample
 from goalscope.models.opening import open_reader
 
@@ -146,7 +146,7 @@ def final_order(
     readings: list[Reading] = []
     for turn in dialogue.turns:
         question = "" if turn.query == OPENING else turn.query
-        names = [counter.status()]
+        names = [counter.state().text]
         try:
             reading = reader.read(turn.utterance, question=question, before=before, names=names)
         except UnreadableAnswerError:
@@ -233,7 +233,12 @@ def main(
         opened, taught = open_reader(model_names(model)["model"], adapter=adapter)
     found: list[Cups | None] = []
     try:
-        language = {"task": env.task, "examples": env.examples, "taught": taught, "form": form}
+        language = {
+            "task": env.task,
+            "examples": examples_of(env.verbs),
+            "taught": taught,
+            "form": form,
+        }
         reader = Reader(opened, env.verbs, **language)
         with progress("Dialogues") as show:
             for number, each in enumerate(dialogues, 1):

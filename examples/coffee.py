@@ -4,7 +4,7 @@ from itertools import chain
 
 from goalscope.base.nouns import contains, singulars
 from goalscope.base.types import Action, StepResult
-from goalscope.envs import Environment, Resolution
+from goalscope.envs import Environment, Resolution, State
 from goalscope.language.matcher import mended
 from goalscope.language.orders import Example, Verb
 
@@ -20,17 +20,22 @@ OPTIONS: tuple[tuple[str, ...], ...] = (
     ("vanilla",), ("caramel",), ("hazelnut",), ("chocolate",),
 )  # fmt: skip
 CHOICES = tuple(option for group in OPTIONS for option in group)
-VERBS = (
-    Verb("add", "order a drink, or what is to be in it", ("what", "quantity")),
-    Verb("remove", "leave out a drink, or what is in it", ("what", "quantity"), takes_away=True),
-    Verb("swap", "take one thing for another", ("what", "quantity", "for")),
-    Verb("finish", "that is all", (), ends=True),
-)
 EXAMPLES = (
     Example("Hi, a decaf latte with oat milk for Ann, please", "add decaf latte with oat milk"),
     Example("two mochas, one of them iced", "add mocha\nadd iced mocha"),
     Example("Actually make that almond milk", "add almond milk"),
     Example("Looks good!", "yes"),
+)
+VERBS = (
+    Verb(
+        "add",
+        "order a drink, or what is to be in it",
+        ("what", "quantity"),
+        examples=EXAMPLES,
+    ),
+    Verb("remove", "leave out a drink, or what is in it", ("what", "quantity"), takes_away=True),
+    Verb("swap", "take one thing for another", ("what", "quantity", "for")),
+    Verb("finish", "that is all", (), ends=True, phrase="That is all"),
 )
 
 
@@ -38,13 +43,13 @@ class CoffeeCounter(Environment):
     """The cups that were ordered, the newest first, each as "latte, decaf, oat milk"."""
 
     task = "The agent takes the human's order at a coffee counter."
-    verbs, examples, cups = VERBS, EXAMPLES, ()
+    verbs, cups = VERBS, ()
 
     def reset(self):
         self.cups = ()
 
-    def status(self):
-        return f"Ordered: {'; '.join(reversed(self.cups)) or 'nothing'}."
+    def state(self):
+        return State(f"Ordered: {'; '.join(reversed(self.cups)) or 'nothing'}.")
 
     def offers(self, text, limit):
         return list(DRINKS[:limit])
@@ -60,12 +65,12 @@ class CoffeeCounter(Environment):
             case _ if action != Action("finish"):
                 return StepResult(action, False, "There is no such cup.")
         self.cups = tuple(cups)
-        return StepResult(action, True, self.status(), terminated=action.name == "finish")
+        return StepResult(action, True, self.state().text, terminated=action.name == "finish")
 
-    def resolve(self, order, standing, pick):
+    def resolve(self, order, dialogue, pick):
         if order.do == "finish":
             return Resolution((Action("finish"),))
-        if order.do in ("only", "budget", "leave"):
+        if order.do in ("only", "budget", "leave", "undo"):
             return Resolution()
         goes, comes = ("", order.what) if order.do == "add" else (order.what, order.for_)
         comes = "" if order.do == "avoid" else comes

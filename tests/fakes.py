@@ -10,7 +10,7 @@ import numpy as np
 from goalscope.agent.agent import Agent
 from goalscope.agent.planner import Outcome, Planner, Want, attempted
 from goalscope.base.types import Action, Message, Profile, StepResult, Turn
-from goalscope.envs import Environment, Pick, Resolution
+from goalscope.envs import Checks, Environment, Pick, Proactive, Resolution, State
 from goalscope.language.dialogue_state import DialogueState
 from goalscope.language.orders import Order, Verb
 from goalscope.models import Completion
@@ -119,16 +119,15 @@ class RefusesAll(WordModel):
         ]
 
 
-class LampRoom(Environment):
+class LampRoom(Proactive):
     """An environment with lamps; the switch `broken` always fails, and what is smashed stays so."""
 
     task = "The agent looks after a lamp."
-    completion_phrase = "Good night"
     verbs = (
         Verb("switch on", "let there be light"),
         Verb("switch off", "let there be none", takes_away=True),
         Verb("smash", "break it", irreversible=True),
-        Verb("finish", "that is all", (), ends=True),
+        Verb("finish", "that is all", (), ends=True, phrase="Good night"),
     )
 
     def __init__(self, offers: Sequence[str] = ("lamp",)) -> None:
@@ -140,21 +139,20 @@ class LampRoom(Environment):
         self.on.clear()
         self.smashed.clear()
 
-    def status(self) -> str:
-        return f"On: {', '.join(self.on) or 'nothing'}."
-
-    def fingerprint(self) -> str:
-        return f"{self.on} {self.smashed}"
+    def state(self) -> State:
+        return State(f"On: {', '.join(self.on) or 'nothing'}.", f"{self.on} {self.smashed}")
 
     def offers(self, text: str, limit: int) -> list[str]:
         return self.names[:limit]
 
-    def actions(self, name: str, standing: DialogueState) -> list[Action]:
-        ruled_out = [limit.what for limit in standing.limits]
+    def actions(self, name: str, dialogue: DialogueState) -> list[Action]:
+        ruled_out = [limit.what for limit in dialogue.limits]
         there = name in self.names and name not in ruled_out
         return [Action("switch on", name)] if there else []
 
-    def resolve(self, order: Order, standing: DialogueState, pick: Pick) -> Resolution:
+    def resolve(self, order: Order, dialogue: DialogueState, pick: Pick) -> Resolution:
+        if order.do == "undo":
+            return self.undo(dialogue.to_undo)
         if order.do == "finish":
             return Resolution((Action("finish"),))
         if order.do in ("avoid", "only", "leave", "budget"):
@@ -164,7 +162,7 @@ class LampRoom(Environment):
             return Resolution((Action(order.do, name),))
         return Resolution(why=f"There is no {order.what} here.")
 
-    def undo(self, results: Sequence[StepResult], standing: DialogueState) -> Resolution:
+    def undo(self, results: Sequence[StepResult]) -> Resolution:
         other = {"switch on": "switch off", "switch off": "switch on"}
         acts = [each.action for each in results]
         left = [act.target for act in acts if act.name == "smash"]
@@ -188,11 +186,11 @@ class LampRoom(Environment):
                 return StepResult(action, True, "It is on.")
         return StepResult(action, False, "The switch does not move.")
 
-    def answer(self, order: Order, standing: DialogueState, pick: Pick) -> str:
-        return self.status() if order.what in ("", *self.names) else ""
+    def answer(self, order: Order, dialogue: DialogueState, pick: Pick, said: str) -> str:
+        return self.state().text if order.what in ("", *self.names) else ""
 
-    def checks_met(self, profile: Profile) -> list[bool]:
-        return [bool(self.on)]
+    def checks_met(self, profile: Profile) -> Checks:
+        return Checks((bool(self.on),))
 
 
 class Plans:

@@ -3,14 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 
 from goalscope.base.types import Action, StepResult
-from goalscope.envs import execute
+from goalscope.envs import Resolution, execute
 from goalscope.envs.grocery import Catalogue, GroceryShop
 from goalscope.envs.grocery.search import Search
 from goalscope.language.dialogue_state import DialogueState, fold
 from goalscope.language.matcher import Matcher
-from goalscope.language.orders import Reading, orders_from_text
+from goalscope.language.orders import Order, Reading, orders_from_text
 
 CATALOGUE = Catalogue.load()
 SEARCH = Search(CATALOGUE)
@@ -43,14 +44,21 @@ def follow(opened: GroceryShop, *said: str) -> list[str]:
     readings: list[Reading] = []
     for each in said:
         readings.append(reading(each))
-        results: list[StepResult] = []
+        warnings: list[str] = []
         for order in readings[-1].orders:
             found = opened.resolve(order, fold(readings), PICK)
             told += [found.why] if found.why else []
-            results += [execute(opened, action) for action in found.actions]
-        assert all(result.ok for result in results)
-        told += filter(None, [opened.caution(results, fold(readings))])
+            assert all(execute(opened, action).ok for action in found.actions)
+            warnings += [found.warning] if found.warning else []
+        told += warnings
     return told
+
+
+def undone(
+    opened: GroceryShop, results: Sequence[StepResult], dialogue: DialogueState
+) -> Resolution:
+    """What undoes some results."""
+    return opened.resolve(Order("undo"), replace(dialogue, to_undo=tuple(results)), PICK)
 
 
 def ordered(said: Sequence[str], basket: Mapping[str, int] | None = None) -> dict[str, int]:

@@ -81,7 +81,7 @@ def test_resumed_agent_goes_on_where_it_was(method) -> None:
     rounds = [first.step("What now?", "lamp light please")]
     second = Agent(other := LampRoom(), WordModel(replies), method=method)
     second.resume(rounds)
-    assert other.status() == env.status()
+    assert other.state().text == env.state().text
     a, b = (agent.step("And now?", "more light please") for agent in (first, second))
     assert a.results == b.results
     assert dict(a.belief.top()) == pytest.approx(dict(b.belief.top()))
@@ -369,7 +369,7 @@ def test_what_was_understood_is_told_before_the_agent_acts() -> None:
 
 def test_a_scripted_person_confirms_and_does_not_end_before_all_is_said() -> None:
     class Final(LampRoom):
-        last = Verb("finish", "that is all", (), irreversible=True, ends=True)
+        last = Verb("finish", "that is all", (), irreversible=True, ends=True, phrase="Good night")
         verbs = (*LampRoom.verbs[:-1], last)
 
     env = Final(["lamp", "vase"])

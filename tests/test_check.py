@@ -9,7 +9,7 @@ from goalscope.agent.guards import CONFIRM
 from goalscope.agent.people import AGREES, DECLINES, consents
 from goalscope.agent.settings import Settings, load_domain, open_environment, profiles_of
 from goalscope.base.types import Action
-from goalscope.envs import Resolution, met_checks
+from goalscope.envs import Resolution
 from goalscope.envs.check import check_env
 from test_cli import fails, invoke
 from test_run import NamedModel
@@ -32,46 +32,48 @@ def test_the_garden_scores_nobody_who_does_nothing(tmp_path: Path) -> None:
     check_env(open_environment(settings), profiles_of(settings))
 
 
-RESULT = "return StepResult(action, True, self.status(), terminated=ends, irreversible=lasts)"
-MET = "return [self.things != (TREE,) and bool(each) for each in met]"
+RESULT = "return StepResult(action, True, self.state().text, terminated=ends, irreversible=lasts)"
+MET = "return Checks(tuple(self.things != (TREE,) and bool(each) for each in met))"
 
 
 @pytest.mark.parametrize(
     ("right", "wrong", "told"),
     [
-        ("        self.things = (TREE,)\n", "        pass\n", "`reset` must lead back"),
+        ("        self.things = (TREE,)\n", "        pass\n",
+         "`reset` must lead back.* .first 'In the garden: walnut tree.', then 'In the garden: "),
         ('f"In the garden: {\', \'.join(self.things) or \'nothing\'}."', '"A garden."',
-         r"`fingerprint\(\)` must show what an action changes"),
+         r"`state\(\)` must show what an action changes"),
         ("            return StepResult(action, False,",
          "            self.things = ()\n            return StepResult(action, False,",
          "a failure must change nothing"),
-        (RESULT, RESULT.replace("=lasts", "=False"), "`lasting` gives True .* must agree"),
-        (RESULT, RESULT.replace("=lasts", "=True"), "`lasting` gives False .* must agree"),
-        ('takes_away=True),', 'takes_away=True, irreversible=True),', "but `lasting` denies it"),
+        (RESULT, RESULT.replace("=lasts", "=False"), "action says True .* must agree"),
+        (RESULT, RESULT.replace("=lasts", "=True"), "action says False .* must agree"),
+        ("(FELLING if action == FELLING else action for", "(action for", "action says False"),
         (RESULT, RESULT.replace("=ends", "=False"), "'finish' ends the task, but no result"),
         (RESULT, RESULT.replace("=ends", "=True"), "terminates: give it ends=True"),
-        (", (), ends=True)", ", ())", "no verb ends the task"),
+        (', (), ends=True, phrase="The garden is done")', ", ())", "no verb ends the task"),
         ("pick(said, names)", "pick(said, names) or THINGS[0]", "must not be replaced"),
         ("        plan = [(do,", "        self.things = ()\n        plan = [(do,",
          "`resolve` must change nothing"),
         ('plans.get(order.do, ())', 'plans.get(order.do, [goes])', "takes the limit"),
         ("return Resolution((Action(\"finish\"),))", "return Resolution(Action(\"finish\"))",
-         r"a tuple of actions, as in \(action,\)"),
+         r"a tuple of actions and a text"),
         ("return list(THINGS[:limit])", "return ['volcano'][:limit]", "no order and no guess has"),
         ("return list(THINGS[:limit])", "return list(THINGS)", "must give 1 names at most"),
-        ("for each in standing.limits if", "for each in () if", "what the person ruled out"),
+        ("for each in dialogue.limits if", "for each in () if", "what the person ruled out"),
         ("        if name in self.things or any", "        if any", "what is done already"),
-        ('[Action("add", name)] if', '[Action("remove", TREE)] if', "which no agent guesses"),
-        ("return OCCASIONS(text, 1)", "return [text]", "`like` of Garden must return a list"),
+        ('[Action("add", name)] if', '[FELLING] if', "which no agent guesses"),
+        ("return SCENARIOS(text, 1)", "return [text]", "`like` must give a list of Scenarios"),
         ('"wildflowers", "lavender", "insect hotel"),\n    ("watch',
          '"wildflowrs", "lavender", "insect hotel"),\n    ("watch', "did you mean .'wildflowers'"),
-        (MET, "return met", "`checks_met` of Garden must return a list of 3 bools"),
-        (MET, "return [True]", "a list of 3 bools, one for each check of bees, not .True"),
-        (MET, "return [bool(each) for each in met]", "counts checks of bees before any action"),
+        (MET, "return met", "`checks_met` must give Checks with 3 bools"),
+        (MET, "return Checks((True,))", "Checks with 3 bools, one for each check of bees, not Ch"),
+        (MET, "return Checks(tuple(map(bool, met)))", "counts checks of bees before any action"),
         ('if each.name == "remove"]', 'if each.name == "x"]', "what `undo` gives must succeed"),
-        ("in reversed(results) if each.action.name in INVERSE]",
-         "in reversed(results) if each.action.name == 'add']", "`undo` must bring the state back"),
-        ("for each in reversed(results) if", "for each in results if",
+        ("in reversed(dialogue.to_undo) if each.action.name in INVERSE]",
+         "in reversed(dialogue.to_undo) if each.action.name == 'add']",
+         "`undo` must bring the state back"),
+        ("for each in reversed(dialogue.to_undo) if", "for each in dialogue.to_undo if",
          "`undo` must bring the state back|what `undo` gives must succeed"),
         ("  self.things = tuple(sorted", "  type(self).things = self.things = tuple(sorted",
          "the instance's own"),
@@ -88,11 +90,11 @@ def test_a_planted_defect_is_found(tmp_path: Path, right: str, wrong: str, told:
 @pytest.mark.parametrize(
     ("right", "wrong", "told"),
     [
-        ("verbs, examples, things = VERBS,", "verbs, examples, things = VERBS[0],",
+        ("verbs, things = VERBS,", "verbs, things = VERBS[0],",
          "mine.py: `verbs` must be a tuple of Verbs, not the one Verb 'add'"),
         ('("what", "for")', '("what")', "must be a tuple, not the text 'what'. Write ('what',)"),
         ('"aim\\nadd pond\\navoid roses"', '"plant pond"', "The orders of the example"),
-        ("EXAMPLES, (TREE,)", "('add pond',), (TREE,)", "`examples` must be a tuple of Examples"),
+        ("examples=(SHOWN,)", "examples=('add pond',)", "`examples` must be a tuple of Examples"),
     ],
 )  # fmt: skip
 def test_a_wrong_declaration_is_one_line_before_the_first_round(
@@ -106,9 +108,8 @@ def test_a_wrong_declaration_is_one_line_before_the_first_round(
 @pytest.mark.parametrize(
     ("member", "given", "told"),
     [
-        ("resolve", Action("add", "pond"), r"`resolve` of Wrong must return a Resolution\(actions"),
-        ("resolve", Resolution((Action("add", "pond", 2.0),)), "with an int as the quantity"),  # pyright: ignore[reportArgumentType]
-        ("resolve", Resolution((), None), "whose `why` is a text"),  # pyright: ignore[reportArgumentType]
+        ("resolve", Action("add", "pond"), r"`resolve` of Wrong must return a Resolution\("),
+        ("resolve", Resolution((), None), "a tuple of actions and a text"),  # pyright: ignore[reportArgumentType]
     ],
 )
 def test_an_agent_names_the_member_that_gives_something_else(
@@ -130,12 +131,6 @@ def test_an_error_of_a_domain_is_one_line_that_names_its_place(tmp_path: Path) -
     assert "Traceback" not in line
     assert "mine.py, line " in line
     assert "IndexError: string index out of range. Correct `step` in that file." in line
-
-
-def test_checks_that_are_too_few_are_named(tmp_path: Path) -> None:
-    settings = planted(tmp_path, MET, "return [True]")
-    with pytest.raises(GoalscopeError, match="a list of 3 bools, one for each check of bees"):
-        met_checks(open_environment(settings), profiles_of(settings)[0])
 
 
 def test_a_request_to_confirm_is_declined_only_where_it_ends_the_task(tmp_path: Path) -> None:

@@ -175,7 +175,7 @@ def test_a_goal_is_confirmed_before_a_word_is_said() -> None:
     agent = Agent(LampRoom(), WordModel(REPLIES))
     assert p(agent.correct("pin", LAMP), LAMP) >= PINNED
     round = agent.step("What?", "please")
-    assert agent.env.status() == "On: lamp."
+    assert agent.env.state().text == "On: lamp."
     assert p(round.belief, LAMP) > 0.9
 
 
@@ -249,11 +249,11 @@ def test_a_round_that_fails_changes_nothing_and_loses_no_correction() -> None:
     agent = begun()
     agent.correct("veto", LAMP)
     belief = agent.correct("pin", SLEEP)
-    before = agent.env.status()
+    before = agent.env.state().text
     with pytest.raises(InvalidInputError):
         agent.step("And?", "word " * 5000)
     assert agent.belief is belief
-    assert (agent.env.status(), len(agent.rounds)) == (before, 1)
+    assert (agent.env.state().text, len(agent.rounds)) == (before, 1)
     found = [(c.kind, c.goal) for c in agent.step("And?", "please").changes]
     assert found[:2] == [("removed", LAMP), ("pinned", SLEEP)]
 

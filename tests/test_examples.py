@@ -13,7 +13,7 @@ from goalscope.agent.guards import CONFIRM
 from goalscope.agent.planner import undo
 from goalscope.agent.settings import Settings, load_domain, open_environment, profiles_of
 from goalscope.base.types import Action, StepResult
-from goalscope.envs import REQUIRED, Environment, Resolution
+from goalscope.envs import REQUIRED, Environment, Resolution, State
 from goalscope.envs.check import check_env
 from goalscope.language.dialogue_state import DialogueState
 from goalscope.language.orders import Order
@@ -59,10 +59,11 @@ def test_what_inherits_nothing_is_no_environment() -> None:
 
 
 def test_a_fingerprint_tells_states_apart(garden: Environment) -> None:
-    blind = type("Blind", (type(garden),), {"fingerprint": lambda self: "x"})
-    with pytest.raises(
-        GoalscopeError, match=r"changed `status\(\)` must change `fingerprint\(\)`: a"
-    ):
+    def state(self) -> State:
+        return State(str(self.things), "x")
+
+    blind = type("Blind", (type(garden),), {"state": state})
+    with pytest.raises(GoalscopeError, match=r"text of `state\(\)` must change its fingerprint: a"):
         check_env(blind())
 
 
@@ -74,10 +75,8 @@ def test_a_fingerprint_tells_states_apart(garden: Environment) -> None:
         ("resolve", lambda *_: [], r"`resolve` of Wrong must return a Resolution\(.*, not \[\]"),
         ("resolve", lambda *_: Resolution(), "`resolve` must give actions, or say why not, for "),
         ("offers", lambda self, text, limit: 1 / 0, r"`offers` fails \(.*ZeroDivisionError"),
-        ("status", lambda self: None, r"`status\(\)` must be a text"),
+        ("state", lambda self: "In the garden.", r"`state\(\)` must be a State"),
         ("answer", lambda *_: 5, "`answer` must give a text, not 5"),
-        ("fingerprint", lambda self: 5, r"`fingerprint\(\)` must be a text, not 5"),
-        ("undo", lambda *_: Resolution(), "`undo` must bring the state back, or say what it"),
     ],
 )
 def test_what_fails_or_gives_something_else_is_named(
@@ -103,11 +102,11 @@ def test_a_step_without_a_result_is_named_by_all_that_take_it(
 
 def test_a_file_whose_environment_lacks_something_is_refused_before_it_runs(tmp_path: Path) -> None:
     file = tmp_path / "mine.py"
-    file.write_text(GARDEN.read_text().replace("def status", "def stats"))
+    file.write_text(GARDEN.read_text().replace("def state(", "def stats("))
     (tmp_path / "mine.toml").write_text((EXAMPLES / "garden.toml").read_text())
     store = tmp_path / "episodes.db"
     line = fails(2, "run", file, "--profile", "bees", "--method", "no-goals", "--store", store)
-    assert "`status` is missing in Garden" in line
+    assert "`state` is missing in Garden" in line
     with Store.open(store) as episodes:
         assert not episodes.episodes()
 
@@ -171,7 +170,7 @@ def said(garden: Environment, *utterances: str) -> Agent:
 )
 def test_orders_lay_out_the_garden(garden: Environment, orders: list[str], there: str) -> None:
     said(garden, *orders)
-    assert garden.status() == f"In the garden: {there}."
+    assert garden.state().text == f"In the garden: {there}."
 
 
 @pytest.mark.parametrize(
@@ -205,7 +204,7 @@ def test_the_tree_is_felled_at_a_yes_alone(garden: Environment, order: str) -> N
     felled = agent.step(agent.ask(), "Yes.").results[0]
     assert (felled.action, felled.ok, felled.irreversible) == (FELL, True, True)
     agent.step(agent.ask(), "undo")
-    assert "walnut tree" not in garden.status()
+    assert "walnut tree" not in garden.state().text
 
 
 def test_the_tree_is_not_felled_at_a_dislike(garden: Environment) -> None:
@@ -249,7 +248,7 @@ def test_the_counter_keeps_the_laws_of_an_environment() -> None:
 def test_orders_fill_the_cups(orders: str, cups: str) -> None:
     counter = open_environment(COUNTER)
     said(counter, *orders.split("; "))
-    assert counter.status() == f"Ordered: {cups}."
+    assert counter.state().text == f"Ordered: {cups}."
 
 
 def test_nothing_is_in_a_cup_twice_or_off_the_menu() -> None:

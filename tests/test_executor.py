@@ -107,10 +107,10 @@ def test_a_yes_to_another_state_than_the_present_one_is_refused_before_anything_
     agent = agent_in(env)
     shown = agent.step("What?", "smash vase").state
     env.step(Action("switch on", "lamp"))
-    before, belief = env.fingerprint(), agent.tracker and agent.tracker.belief
+    before, belief = env.state().fingerprint, agent.tracker and agent.tracker.belief
     with pytest.raises(ConflictError, match="no longer"):
         agent.step(agent.ask(), "yes", confirmed=shown)
-    assert (env.fingerprint(), len(agent.rounds)) == (before, 1)
+    assert (env.state().fingerprint, len(agent.rounds)) == (before, 1)
     assert agent.tracker is not None
     assert agent.tracker.belief is belief
     assert agent.step("", "yes").results == ()  # by words neither

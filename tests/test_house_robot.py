@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 from typing import Any
 
 import pytest
 
 from goalscope.base.nouns import singulars
 from goalscope.base.types import Action, StepResult
+from goalscope.envs import Resolution
 from goalscope.envs.house import HomeRobot, HouseController
 from goalscope.language.dialogue_state import DialogueState, fold
 from goalscope.language.orders import Order, Reading, orders_from_text
@@ -58,6 +60,12 @@ def follow(robot: HomeRobot, *texts: str) -> list[StepResult]:
         results += [robot.step(action) for action in found.actions]
     assert all(each.ok for each in results), results
     return results
+
+
+def undone(
+    robot: HomeRobot, results: list[StepResult], dialogue: DialogueState = FREE
+) -> Resolution:
+    return robot.resolve(Order("undo"), replace(dialogue, to_undo=tuple(results)), pick)
 
 
 def standing(*texts: str) -> DialogueState:
@@ -283,31 +291,31 @@ def test_what_can_be_undone_is_not_lasting(robot: HomeRobot) -> None:
     ],
 )
 def test_undo_restores_what_was_newest_first(robot: HomeRobot, texts: list[str]) -> None:
-    states: list[str] = [robot.status()]
+    states: list[str] = [robot.state().text]
     rounds: list[list[StepResult]] = []
     for text in texts:
         rounds.append(follow(robot, text))
-        states.append(robot.status())
+        states.append(robot.state().text)
     for results, before in zip(reversed(rounds), reversed(states[:-1]), strict=True):
-        found = robot.undo(results, FREE)
+        found = undone(robot, results)
         assert found.why == ""
         assert all(robot.step(action).ok for action in found.actions)
-        assert robot.status() == before
+        assert robot.state().text == before
 
 
 def test_undo_of_switches_restores_the_fingerprint(robot: HomeRobot) -> None:
-    start = robot.fingerprint()
+    start = robot.state().fingerprint
     results = follow(robot, "open fridge", "turn off light", "fill cup", "empty wine")
-    for action in robot.undo(results, FREE).actions:
+    for action in undone(robot, results).actions:
         assert robot.step(action).ok
-    assert robot.fingerprint() == start
+    assert robot.state().fingerprint == start
 
 
 def test_undo_says_what_it_cannot_and_leaves_what_is_ruled_out(robot: HomeRobot) -> None:
-    found = robot.undo(follow(robot, "slice bread", "open fridge"), FREE)
+    found = undone(robot, follow(robot, "slice bread", "open fridge"))
     assert [str(action) for action in found.actions] == ["close: fridge"]
     assert found.why == "I cannot undo that: slice the bread."
-    found = robot.undo(follow(robot, "put apple | where table"), standing("leave apple"))
+    found = undone(robot, follow(robot, "put apple | where table"), standing("leave apple"))
     assert (found.actions, found.why) == ((), "I leave the apple alone, as you asked.")
 
 
@@ -324,20 +332,20 @@ ANSWERS = [
 
 @pytest.mark.parametrize(("said", "told"), ANSWERS)
 def test_answers_state_facts(robot: HomeRobot, said: str, told: str) -> None:
-    before = robot.fingerprint()
-    assert robot.answer(order(said), FREE, pick) == told
-    assert robot.fingerprint() == before
+    before = robot.state().fingerprint
+    assert robot.answer(order(said), FREE, pick, "") == told
+    assert robot.state().fingerprint == before
 
 
 def test_an_answer_tells_of_six_things_at_most(robot: HomeRobot) -> None:
-    assert robot.answer(order("ask food"), FREE, pick).count(" is ") == 6
+    assert robot.answer(order("ask food"), FREE, pick, "").count(" is ") == 6
 
 
 def test_finish_terminates_and_changes_nothing(robot: HomeRobot) -> None:
-    before = robot.fingerprint()
+    before = robot.state().fingerprint
     (result,) = follow(robot, "finish")
     assert result.terminated
-    assert robot.fingerprint() == before
+    assert robot.state().fingerprint == before
 
 
 def test_offers_are_nearest_first(robot: HomeRobot) -> None:

@@ -122,13 +122,13 @@ def test_failed_action_is_taken_back_whole() -> None:
     controller = Counting("Kitchen1")
     robot = HomeRobot(controller)
     assert robot.step(Action("pick up", "apple")).ok
-    before = robot.fingerprint()
+    before = robot.state().fingerprint
     steps = len(controller.steps)
     result = robot.step(Action("put", "tomato", destination="toaster"))
     assert not result.ok
     assert result.observation == "the tomato does not go in or on the toaster"
     assert "PickupObject" in [step["action"] for step in controller.steps[steps:]]
-    assert robot.fingerprint() == before
+    assert robot.state().fingerprint == before
 
 
 class Drifting(HouseController):
@@ -161,7 +161,7 @@ def test_simulator_that_dies_is_told_and_the_rounds_are_kept() -> None:
     assert len(agent.rounds) == 1
     again = Agent(HomeRobot(HouseController("Kitchen1")), WordModel(), method="no-goals")
     again.resume(agent.rounds)
-    assert again.env.status() == agent.rounds[-1].status
+    assert again.env.state().text == agent.rounds[-1].status
 
 
 def test_what_an_action_tells_is_what_has_changed(robot: HomeRobot) -> None:
@@ -193,7 +193,7 @@ def test_names_stay_when_slices_appear(robot: HomeRobot) -> None:
 def test_no_check_is_met_while_nothing_was_done() -> None:
     for profile in load_profiles():
         robot = HomeRobot(HouseController(profile.scene))
-        assert not any(robot.checks_met(profile))
+        assert not any(robot.checks_met(profile).met)
 
 
 def test_what_changed_of_a_type_that_the_profile_names_nowhere_is_unwanted(
@@ -202,8 +202,9 @@ def test_what_changed_of_a_type_that_the_profile_names_nowhere_is_unwanted(
     checks = ({"object": "Apple", "in": "Fridge"},)
     assert robot.step(Action("put", "apple", destination="fridge")).ok
     assert robot.step(Action("turn on", "coffee machine")).ok
-    assert robot.unwanted(Profile("p", "d", ("r",), checks)) == ["coffee machine"]
-    assert robot.unwanted(Profile("p", "d", ("r",), checks, welcome=("CoffeeMachine",))) == []
+    assert robot.checks_met(Profile("p", "d", ("r",), checks)).unwanted == ("coffee machine",)
+    welcome = Profile("p", "d", ("r",), checks, welcome=("CoffeeMachine",))
+    assert robot.checks_met(welcome).unwanted == ()
 
 
 @pytest.mark.parametrize(
@@ -249,17 +250,17 @@ def test_the_robot_tells_what_is_here_and_finds_occasions_like_it(robot: HomeRob
 
 
 def test_fingerprint_tells_liquids_and_doors_apart_and_no_tremor(robot: HomeRobot) -> None:
-    seen = {robot.fingerprint()}
+    seen = {robot.state().fingerprint}
     for name in ("fill", "fill with wine"):
         robot.reset()
         assert robot.step(Action(name, "cup")).ok
-        seen.add(robot.fingerprint())
+        seen.add(robot.state().fingerprint)
     assert len(seen) == 3
     robot.reset()
     robot._view.table[robot._view.id("apple")]["position"]["x"] += 0.004
-    assert robot.fingerprint() in seen
+    assert robot.state().fingerprint in seen
     robot._view.table[robot._view.id("apple")]["position"]["x"] += 0.1
-    assert robot.fingerprint() not in seen
+    assert robot.state().fingerprint not in seen
 
 
 def test_thing_in_the_hand_goes_back_to_the_innermost_place(robot: HomeRobot) -> None:

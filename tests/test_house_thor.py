@@ -35,7 +35,7 @@ def test_the_laws_of_an_environment_hold_under_the_real_controller(unity: str) -
     try:
         check_env(robot, most=12)
     finally:
-        robot.close()
+        robot.__exit__(None, None, None)
 
 
 def test_the_robot_cannot_tell_the_two_apart(unity: str) -> None:
@@ -46,7 +46,7 @@ def test_the_robot_cannot_tell_the_two_apart(unity: str) -> None:
     )
     ours, theirs = HomeRobot(HouseController("Kitchen1")), HomeRobot(start_thor("Kitchen1", unity))
     try:
-        assert ours.fingerprint() == theirs.fingerprint()
+        assert ours.state().fingerprint == theirs.state().fingerprint
         found = [
             [robot.resolve(order, DialogueState(), Matcher()) for order in orders]
             for robot in (ours, theirs)
@@ -55,10 +55,10 @@ def test_the_robot_cannot_tell_the_two_apart(unity: str) -> None:
         plan = [action for each in found[0] for action in each.actions]
         for action in [*plan, Action("put", "egg 1", destination="pan"), Action("open", "pan")]:
             assert ours.step(action) == theirs.step(action)
-            assert ours.fingerprint() == theirs.fingerprint()
-        assert ours.status() == theirs.status()
+            assert ours.state().fingerprint == theirs.state().fingerprint
+        assert ours.state().text == theirs.state().text
     finally:
-        theirs.close()
+        theirs.__exit__(None, None, None)
 
 
 @pytest.mark.slow

@@ -66,14 +66,14 @@ def test_goals_that_cannot_be_read_change_none() -> None:
 def test_an_error_leaves_the_belief_as_it_was() -> None:
     agent = agent_in(LampRoom())
     agent.step("What?", "lamp light please")
-    before, on = agent.belief, agent.env.status()
+    before, on = agent.belief, agent.env.state().text
 
     def full(_: object) -> None:
         raise OSError("disk full")
 
     with pytest.raises(OSError, match="disk full"):
         agent.step("And?", "sleep without light", keep=full)
-    assert (agent.belief, agent.env.status(), len(agent.turns)) == (before, on, 1)
+    assert (agent.belief, agent.env.state().text, len(agent.turns)) == (before, on, 1)
 
     assert len(agent.tracker.turns) == 1
 

@@ -104,18 +104,18 @@ def test_acts_that_are_invented_never_reach_the_state(
     else:
         env = robot = HomeRobot(controller)
         acts = invented(rng, count, NAMES, [*robot.names.values()])
-    before = env.fingerprint()
+    before = env.state().fingerprint
     for action in acts:
         result = env.step(action)
         assert not result.ok, action
         assert result.observation
-        assert env.fingerprint() == before, action
+        assert env.state().fingerprint == before, action
     planned = [each for each in acts if is_hashable(each)][: count // 10]
     for action in planned:
         done, problem = attempted(env, [action], [])
         assert problem is not None
         assert done == []
-        assert env.fingerprint() == before
+        assert env.state().fingerprint == before
     assert controller.asked == 0
     record_property(
         "measured", f"{len(acts) + len(planned):,} invented acts in the {domain}: 0 done"

@@ -91,7 +91,7 @@ def test_a_hostile_model_buys_nothing_without_the_persons_word(
         number += 1
         agent, shop, model = hostile_agent(number)
         for _ in range(3):
-            shown = shop.fingerprint()
+            shown = shop.state().fingerprint
             words = model.random.choice(SAID)
             query = model.random.choice((*ORDERS, "May I buy the basket?", CONFIRM))
             stale = model.random.choice(["", "", "", f"{shown[:-5]}True", "yes", shown.upper()])
@@ -123,9 +123,9 @@ def test_a_purchase_in_a_plan_is_never_made() -> None:
         shop, model = Stocked(1), Hostile(number)
         model.mood = "sure" if number % 3 else "random"
         planner = toolkit_of(model).planner
-        before = shop.fingerprint()
+        before = shop.state().fingerprint
         refuses(partial(planner.act, shop, [], [Turn("", "milk")], [], DialogueState()))
-        made += shop.fingerprint() != before
+        made += shop.state().fingerprint != before
         assert not shop.bought
     assert made, "else the test could not fail"
 

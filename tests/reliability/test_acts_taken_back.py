@@ -22,11 +22,11 @@ COUNTS = [60, pytest.param(600, marks=pytest.mark.slow)]
 
 def rounds_of(env: Environment, draw: Callable[[], list[Action]], agent: Agent) -> list[str]:
     """States before each of some rounds, in which what is drawn was done, and after them."""
-    states = [env.fingerprint()]
+    states = [env.state().fingerprint]
     for _ in range(4):
         plans(agent, Plans(draw()))
         agent.step("", "I am having guests.")
-        states.append(env.fingerprint())
+        states.append(env.state().fingerprint)
     return states
 
 
@@ -50,7 +50,7 @@ def test_baskets_come_back(count: int, record_property: Callable[[str, object], 
         while len(states) > 1:
             states.pop()
             assert agent.step("", "undo").retracts
-            assert shop.fingerprint() == states[-1]
+            assert shop.state().fingerprint == states[-1]
             undone += 1
     record_property("measured", f"{undone:,} rounds in the shop: the basket before each")
 
@@ -67,7 +67,7 @@ def test_rooms_come_back_or_what_stays_is_told(
         for _ in range(3):
             offers = robot.actions(rng.choice(robot.offers("", 99)), DialogueState())
             free = [each for each in offers if not robot.lasting(each)]
-            before = robot.status()
+            before = robot.state().text
             plans(agent, Plans([rng.choice([*free, Action("open", "fridge")])]))
             if not agent.step("", "I am having guests.").results:
                 continue
@@ -75,7 +75,7 @@ def test_rooms_come_back_or_what_stays_is_told(
             undone += 1
             stays = [note for note in back.notes if not note.startswith("Taken back")]
             told += bool(stays)
-            assert robot.status() == before or stays, (agent.rounds[-2].results, back.notes)
+            assert robot.state().text == before or stays, (agent.rounds[-2].results, back.notes)
     record_property(
         "measured",
         f"{undone:,} rounds in four rooms: the room before each, but for {told:,} of which it is "

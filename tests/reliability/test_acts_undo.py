@@ -53,7 +53,7 @@ def test_a_failed_plan_leaves_the_basket_as_it_was(
     shop, history = GroceryShop(SMALL, search=SMALL_SEARCH), list[StepResult]()
     acts, failed = shopping(rng), 0
     while failed < count:
-        before = shop.fingerprint()
+        before = shop.state().fingerprint
         plan = [next(acts) for _ in range(rng.randint(0, 6))]
         if rng.random() < 0.9:
             item = SMALL.items[0].name
@@ -63,7 +63,7 @@ def test_a_failed_plan_leaves_the_basket_as_it_was(
         if outcome.failed:
             failed += 1
             assert outcome.results == ()
-            assert shop.fingerprint() == before
+            assert shop.state().fingerprint == before
         history = [*history, *outcome.results][-12:] if outcome.failed else []
         if not history:
             shop.reset()
@@ -80,7 +80,7 @@ def test_a_failed_plan_leaves_the_house_as_it_was(
         robot = HomeRobot(HouseController(SCENES[round % len(SCENES)]))
         acts, round = housework(rng, robot), round + 1
         for _ in range(25):
-            before = robot.fingerprint()
+            before = robot.state().fingerprint
             plan = [next(acts) for _ in range(rng.randint(0, 3))]
             bad = rng.choice([Action("fly"), Action("put", next(acts).target, destination="moon")])
             plan.insert(rng.randint(0, len(plan)), bad)
@@ -88,7 +88,7 @@ def test_a_failed_plan_leaves_the_house_as_it_was(
             assert outcome.failed
             failed += 1
             assert outcome.results == ()
-            assert robot.fingerprint() == before
+            assert robot.state().fingerprint == before
         assert not any(each[own] for each in robot.metadata["objects"] for own in LASTING)
     record_property("measured", f"{failed:,} failed plans in the house: each undone to the letter")
 

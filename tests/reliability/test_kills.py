@@ -143,7 +143,7 @@ def conversation(folder: str, world: str, place: str, at: str) -> None:
             read=lambda query: SAID[world][len(session.turns)],
         )  # fmt: skip
         list(session.run())
-    print(env.fingerprint())
+    print(env.state().fingerprint)
 
 
 def acts_of(place: str) -> list[str]:

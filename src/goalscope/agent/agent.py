@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Generator, Iterable, Iterator, Sequence
+from collections.abc import Callable, Generator, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import replace
+from functools import partial
 from typing import Literal, get_args
 
 from goalscope.agent.executor import Execution, Executor
@@ -14,7 +15,7 @@ from goalscope.agent.planner import Guess, Outcome, Want, undo
 from goalscope.agent.round import Round, retracted
 from goalscope.agent.toolkit import Toolkit, toolkit_of
 from goalscope.agent.writer import Recalling, Writer
-from goalscope.base.nouns import contains, head_words, names, singular, singulars
+from goalscope.base.nouns import contains, head_words, singular, singulars
 from goalscope.base.types import (
     UNSPECIFIED,
     ConflictError,
@@ -36,10 +37,17 @@ from goalscope.belief.goal_manager import UNEXPLAINED, GoalManager, Trigger
 from goalscope.belief.goal_order import GoalOrder
 from goalscope.belief.likelihood import Likelihood, RolePlay
 from goalscope.belief.tracker import Correction, GoalTracker, Tracker
-from goalscope.envs import GUESSED, MENTIONED, Environment, Pick
+from goalscope.envs import (
+    GUESSED,
+    MENTIONED,
+    Environment,
+    Pick,
+    completion_phrase,
+    scenarios_like,
+)
 from goalscope.language.dialogue_state import acting
 from goalscope.language.matcher import Matcher
-from goalscope.language.orders import TELLING, Order, Reading, is_aside
+from goalscope.language.orders import TELLING, Order, Reading, examples_of, is_aside
 from goalscope.language.reader import Reader, ReadExample, reader_of
 from goalscope.models import Model
 
@@ -57,9 +65,6 @@ NO_ANSWER = "I cannot answer that."
 
 _QUESTION_MARKS = ("?", "\uff1f", "\u061f")
 """Full width and Arabic, too."""
-
-_MENTIONS = 4
-"""Most things that a question is answered for besides the one that was read."""
 
 _FAILURES = 3
 """Most failures that a round's notes tell one by one."""
@@ -114,7 +119,9 @@ class Agent:
         if not (hasattr(k, "__index__") and k >= 1):
             raise InvalidInputError(f"k must be a whole number, 1 or more, not {k!r}")
         self.k = k
-        self.reader = reader or reader_of(model, env.verbs, task=env.task, examples=env.examples)
+        self.reader = reader or reader_of(
+            model, env.verbs, task=env.task, examples=examples_of(env.verbs)
+        )
         self._pick = pick or Matcher(model)
         self._executor = Executor(env, self._pick, unsure)
         self._progress = progress or _silent
@@ -122,7 +129,9 @@ class Agent:
         self.toolkit = toolkit or toolkit_of(model)
         proposer = self.toolkit.proposer
         self.goal_manager = GoalManager(
-            Recalling(proposer, env.like) if isinstance(proposer, Writer) else proposer,
+            Recalling(proposer, partial(scenarios_like, env))
+            if isinstance(proposer, Writer)
+            else proposer,
             model,
             env.task,
             remover=self.toolkit.remover,
@@ -202,16 +211,9 @@ class Agent:
         asked = (
             [order for order in last.reading.orders if order.do == "ask"] if last.reading else []
         )
-        if any(order.what for order in asked):
-            named = self.env.mentions(last.turn.utterance)[:_MENTIONS]
-            asked += [
-                Order("ask", each)
-                for each in named
-                if not any(names(order.what, each) for order in asked)
-            ]
-        standing = self._executor.standing(self.rounds)
-        told = (self.env.answer(order, standing, self._pick) for order in asked)
-        found = list(dict.fromkeys(each for each in told if each))
+        standing, said = self._executor.standing(self.rounds), last.turn.utterance
+        told = (self.env.answer(order, standing, self._pick, said) for order in asked)
+        found = list(dict.fromkeys(line for each in told for line in each.splitlines()))
         return "\n".join(found) or (NO_ANSWER if asked else "")
 
     def step(
@@ -303,7 +305,8 @@ class Agent:
         undo(self.env, [result for round in rounds for result in round.results])
         last = rounds[-1] if rounds else None
         if last and (
-            self.env.status() != last.status or last.state not in ("", self.env.fingerprint())
+            self.env.state().text != last.status
+            or last.state not in ("", self.env.state().fingerprint)
         ):
             raise GoalscopeError(
                 "Replaying the episode's actions led to another state; "
@@ -326,7 +329,7 @@ class Agent:
 
     def _check_shown(self, fingerprint: str) -> None:
         """Check that the state in which the person confirmed is still the present one."""
-        if fingerprint not in ("", self.env.fingerprint()):
+        if fingerprint not in ("", self.env.state().fingerprint):
             raise ConflictError(
                 "Things are no longer as they were shown, so nothing was done. Look again."
             )
@@ -353,12 +356,12 @@ class Agent:
                 turn.utterance,
                 question="" if completes(self.env, turn.utterance) else _answered(turn),
                 before=before,
-                names=[self.env.status()],
+                names=[self.env.state().text],
             )
         except UnreadableAnswerError as error:
             reading, unread = Reading((Order("none"),)), [str(error)]
         ends = [verb.name for verb in self.env.verbs if verb.ends]
-        told = canonical(turn.utterance) == canonical(self.env.completion_phrase)
+        told = canonical(turn.utterance) == canonical(completion_phrase(self.env))
         if told and ends and not any(map(reading.tells, ends)):
             return Reading((Order(ends[0]),)), []
         return reading, unread
@@ -427,7 +430,7 @@ class Agent:
             begun,
             results=(*done.results, *outcome.results),
             replans=outcome.replans,
-            status=self.env.status(),
+            status=self.env.state().text,
             notes=(*notes, *self._notes(done, outcome)),
             question=done.question,
             pending=tuple(done.pending),
@@ -435,7 +438,7 @@ class Agent:
             released=done.released,
             retracts=done.retracts,
             reversals=done.reversals,
-            state=self.env.fingerprint(),
+            state=self.env.state().fingerprint,
             terminated=done.ended or any(result.terminated for result in outcome.results),
         )
 
@@ -449,8 +452,7 @@ class Agent:
         if len(failed) > _FAILURES:
             yield f"And {len(failed) - _FAILURES} more could not be done."
         said = " ".join(each.utterance for each in (*self.turns, done.turn))
-        named = [said, *self.env.mentions(said)] if outcome.guessed else []
-        mentioned = [each for each in outcome.guessed if _is_mentioned(each.target, named)]
+        mentioned = [each for each in outcome.guessed if _is_mentioned(each.target, said)]
         if guessed := [each for each in outcome.guessed if each not in mentioned]:
             yield f"{GUESSED}{_by_goal(guessed)}."
         if mentioned:
@@ -474,10 +476,9 @@ def _by_goal(guessed: Sequence[Guess]) -> str:
     )
 
 
-def _is_mentioned(name: str, said: Iterable[str]) -> bool:
+def _is_mentioned(name: str, said: str) -> bool:
     """Whether words name the thing, by the noun that says what it is: candles of any kind."""
-    head = [singular(word) for word in head_words(name)[-1:]]
-    return any(contains(singulars(each), head) for each in said)
+    return contains(singulars(said), [singular(word) for word in head_words(name)[-1:]])
 
 
 def _answered(turn: Turn) -> str:
@@ -501,7 +502,7 @@ def run_episode(agent: Agent, human: Human, *, max_rounds: int = 20) -> Iterator
     """
     while len(agent.rounds) < max_rounds and not (agent.rounds and agent.rounds[-1].terminated):
         query = agent.ask()
-        utterance = human.reply(query, agent.turns, agent.env.status())
+        utterance = human.reply(query, agent.turns, agent.env.state().text)
         yield agent.step(query, utterance)
 
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 from goalscope.agent.guards import (
     CONFIRM,
@@ -18,7 +18,7 @@ from goalscope.agent.guards import (
 )
 from goalscope.agent.round import Round, retracted, state_after
 from goalscope.base.types import StepResult, Turn
-from goalscope.envs import Environment, Pick, execute, resolution_of
+from goalscope.envs import Environment, Pick, Resolution, execute, is_irreversible, resolve
 from goalscope.language.dialogue_state import LIMITS, DialogueState
 from goalscope.language.orders import Order, Reading
 
@@ -35,6 +35,8 @@ NOT_CONFIRMED = "Not done."
 
 NOT_BACK = "Nobody can take that back."
 """Why an irreversible action is not undone."""
+
+_UNDO = Order("undo")
 
 _ALL = "everything"
 """The thing that an order to undo all names."""
@@ -163,7 +165,6 @@ class Executor:
         )
         for order in done.orders:
             self._follow(order, done)
-        done.notes += filter(None, [self._env.caution(done.results, done.standing)])
         return done
 
     def _follow(self, order: Order, done: Execution) -> None:
@@ -180,10 +181,11 @@ class Executor:
                 done.hold(order, reason, grave=True)
                 return
         binding = done.standing.beside(order, done.reading.orders)
-        answer = self._env.resolve(order, binding, self._pick)
-        found = resolution_of(self._env, "resolve", answer)
+        found = resolve(self._env, order, binding, self._pick)
         done.notes += [found.why] if found.why else []
-        lasting = order.do in self._irreversible or any(map(self._env.lasting, found.actions))
+        lasting = order.do in self._irreversible or any(
+            is_irreversible(self._env, action) for action in found.actions
+        )
         if new and found.actions and (reason or lasting):
             if not done.harm:
                 done.hold(order, reason, lasting=lasting)
@@ -193,6 +195,7 @@ class Executor:
             done.record(result)
             if not result.ok:
                 break
+        done.notes += [found.warning] if found.actions and found.warning else []
 
     def standing(
         self,
@@ -220,7 +223,7 @@ class Executor:
         be the one that was shown. Irreversible orders wait for the word itself.
         """
         last = rounds[-1] if rounds else None
-        if not last or last.awaits == "harm" or last.state != self._env.fingerprint():
+        if not last or last.awaits == "harm" or last.state != self._env.state().fingerprint:
             return ()
         agreed = bool(reading.orders) and {*reading.orders} <= {Order("yes"), *last.pending}
         if last.awaits == "word":
@@ -256,17 +259,18 @@ class Executor:
         left = self.standing(rounds, retracts=[each.number for each in last])
         back: list[Round] = []
         for each in reversed(last):
-            answer = self._env.undo(each.results[each.reversals :], left)
-            if answer is None:
+            results = each.results[each.reversals :]
+            state = replace(left, to_undo=results)
+            found = resolve(self._env, _UNDO, state, self._pick) if results else Resolution()
+            if results and found == Resolution():
                 done.notes.append(NOT_HERE)
                 return
-            found = resolution_of(self._env, "undo", answer)
-            done.notes += [found.why] if found.why else []
+            done.notes += filter(None, (found.why, found.warning))
             failed = len(done.failed)
             for action in found.actions:
-                lasting = self._env.lasting(action)
+                final = is_irreversible(self._env, action)
                 done.record(
-                    StepResult(action, False, NOT_BACK) if lasting else execute(self._env, action)
+                    StepResult(action, False, NOT_BACK) if final else execute(self._env, action)
                 )
             back += [each] if len(done.failed) == failed else []
         if back:

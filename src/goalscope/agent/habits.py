@@ -14,7 +14,7 @@ from typing import Literal
 
 from goalscope.agent.people import SimulatedHuman, completes
 from goalscope.base.types import InvalidInputError, Profile, Turn
-from goalscope.envs import Environment
+from goalscope.envs import Environment, completion_phrase
 from goalscope.models import Generator
 from goalscope.prompts import render
 
@@ -83,7 +83,7 @@ class Terse(SimulatedHuman):
             max_tokens=_TERSE_TOKENS,
         )
         if not said or completes(self.env, said):
-            return self.env.completion_phrase
+            return completion_phrase(self.env)
         return _going_on(self.env, query, shortened(said, WORDS))
 
 

@@ -8,7 +8,7 @@ from typing import Protocol
 from goalscope.agent.guards import CONFIRM
 from goalscope.base.text import plain
 from goalscope.base.types import InvalidInputError, Message, Profile, Turn, checked_text
-from goalscope.envs import Environment
+from goalscope.envs import Environment, completion_phrase
 from goalscope.models import Generator, LanguageModel
 from goalscope.prompts import recent, render, transcript
 
@@ -121,7 +121,7 @@ class ConsoleHuman:
 
 def completes(env: Environment, said: str) -> bool:
     """Whether an utterance ends with the phrase that ends the task."""
-    return plain(said).casefold().rstrip(" .!\"'").endswith(env.completion_phrase.casefold())
+    return plain(said).casefold().rstrip(" .!\"'").endswith(completion_phrase(env).casefold())
 
 
 def consents(query: str, env: Environment, *, done: bool) -> str:
@@ -151,7 +151,7 @@ class ScriptedHuman:
         said = sum(turn.utterance not in (AGREES, DECLINES) for turn in turns)
         if consent := consents(query, self.env, done=said >= len(replies)):
             return consent
-        return replies[said] if said < len(replies) else self.env.completion_phrase
+        return replies[said] if said < len(replies) else completion_phrase(self.env)
 
 
 class SimulatedHuman:
@@ -175,7 +175,7 @@ class SimulatedHuman:
     def answer(self, query: str, turns: Sequence[Turn], status: str) -> str:
         """What the model says as this person to any other query."""
         said = self.speak(self.profile.description, query, turns, status)
-        return said or self.env.completion_phrase
+        return said or completion_phrase(self.env)
 
     def speak(
         self,
@@ -203,7 +203,7 @@ class SimulatedHuman:
             "human",
             status,
             description=" ".join(description.split()),
-            completion_phrase=self.env.completion_phrase,
+            completion_phrase=completion_phrase(self.env),
             turns=past,
             query=query,
             words=words,

@@ -13,7 +13,7 @@ import numpy.typing as npt
 
 from goalscope.agent.writer import Writer
 from goalscope.base.types import Action, GoalscopeError, StepResult, Turn
-from goalscope.envs import Environment, execute, scenarios_like
+from goalscope.envs import Environment, Proactive, execute, is_irreversible
 from goalscope.envs.scenarios import Scenario
 from goalscope.language.dialogue_state import DialogueState
 from goalscope.prompts import recent
@@ -128,7 +128,7 @@ class NeedPlanner:
     """Does what likely goals call for, by occasions that people described.
 
     The occasions most like the person's words and a goal vote on what to do under that goal; the
-    share of votes beyond `Environment.agreed` is its value. So what several goals share comes
+    share of votes beyond `Proactive.agreed` is its value. So what several goals share comes
     first. In a domain without occasions the writer lists needs and judges them, along with what
     the environment offers.
 
@@ -151,7 +151,9 @@ class NeedPlanner:
         history: Sequence[StepResult],
         standing: DialogueState,
     ) -> Outcome:
-        """See `Planner.act`."""
+        """See `Planner.act`; nothing is done unasked in an environment that is not `Proactive`."""
+        if not isinstance(env, Proactive):
+            return Outcome()
         said = self.said(turns)
         aims = {want.text: want.probability for want in wants}
         if not aims or sum(aims.values()) < 1 - _LITTLE:
@@ -159,7 +161,7 @@ class NeedPlanner:
         weights = np.array([*aims.values()]) / sum(aims.values())
         served = _Served(env, standing)
         known = [
-            called_for(scenarios_like(env, f"{said} {aim}".strip(), _LIKE), served, served.kind)
+            called_for(env.like(f"{said} {aim}".strip(), _LIKE), served, served.kind)
             for aim in aims
         ]
         worth = [{way: share - env.agreed for way, share in each.items()} for each in known]
@@ -180,7 +182,7 @@ class NeedPlanner:
         done_before = {env.kind(each.action) for each in history}
         for i in chosen:
             if any(
-                each.target in used or env.kind(each) in done_before or env.lasting(each)
+                each.target in used or env.kind(each) in done_before or is_irreversible(env, each)
                 for each in ways[i]
             ):
                 continue
@@ -198,7 +200,7 @@ class NeedPlanner:
         return " ".join(turn.utterance for turn in shown)
 
     def _judged(
-        self, env: Environment, aims: Sequence[str], leading: int, said: str, served: _Served
+        self, env: Proactive, aims: Sequence[str], leading: int, said: str, served: _Served
     ) -> list[dict[Way, float]]:
         """The value under each aim, from -1 to 1, of what the writer lists for the leading one."""
         room = env.here()
@@ -228,7 +230,7 @@ Way = tuple[Action, ...]
 class _Served:
     """Looks up how a need is served here, once for each."""
 
-    def __init__(self, env: Environment, standing: DialogueState) -> None:
+    def __init__(self, env: Proactive, standing: DialogueState) -> None:
         self._env, self._standing = env, standing
         self._ways: dict[str, Way] = {}
         self._kinds: dict[Way, str] = {}
@@ -263,7 +265,7 @@ def called_for(
     Args:
         like: The occasions, nearest first.
         served: Finds the way to serve a need.
-        kind: See `Environment.kind`.
+        kind: See `Proactive.kind`.
     """
     weights = np.exp(-_FALL * np.arange(len(like)))
     found: dict[Way, float] = defaultdict(float)
@@ -305,7 +307,7 @@ def attempted(
     Raises:
         GoalscopeError: An undo did not restore the environment.
     """
-    start = env.fingerprint()
+    start = env.state().fingerprint
     results: list[StepResult] = []
     for action in actions:
         result = execute(env, action)
@@ -336,7 +338,7 @@ def undo(env: Environment, history: Sequence[StepResult], expected: str | None =
                 f"The action {result.action} cannot be done again: {again.observation} "
                 "Has the catalogue or scene changed since? Start a new episode."
             )
-    if expected is not None and env.fingerprint() != expected:
+    if expected is not None and env.state().fingerprint != expected:
         raise GoalscopeError(
             "Doing the earlier actions again led to another state than before, so that the agent "
             "stops. Look at what has changed, and start a new episode."

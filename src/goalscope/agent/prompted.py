@@ -22,7 +22,7 @@ from goalscope.base.types import (
     UnreadableAnswerError,
     canonical,
 )
-from goalscope.envs import Environment
+from goalscope.envs import Environment, Proactive, is_irreversible
 from goalscope.language.dialogue_state import DialogueState
 from goalscope.models import Generator
 from goalscope.prompts import recent, render
@@ -173,7 +173,9 @@ class PromptedPlanner:
         history: Sequence[StepResult],
         standing: DialogueState,
     ) -> Outcome:
-        """See `Planner.act`."""
+        """See `Planner.act`; nothing is done unasked in an environment that is not `Proactive`."""
+        if not isinstance(env, Proactive):
+            return Outcome()
         shown = recent(self.writer.model, turns, _TURNS)
         goals = sorted((want for want in wants if want.text), key=lambda want: -want.probability)
         told: dict[str, Any] = {"task": env.task, "turns": shown, "goals": goals}
@@ -187,12 +189,12 @@ class PromptedPlanner:
             possible = [
                 action
                 for action in dict.fromkeys(found)
-                if action not in impossible and not env.lasting(action)
+                if action not in impossible and not is_irreversible(env, action)
             ][:_POSSIBLE]
             if not possible:
                 break
             prompt = render(
-                "prompt_plan", **told, status=env.status(), actions=[*map(env.phrase, possible)]
+                "prompt_plan", **told, status=env.state().text, actions=[*map(env.phrase, possible)]
             )
             chosen = [possible[each] for each in self.writer.numbers("plan", len(possible), prompt)]
             once: dict[tuple[str, str], Action] = {}

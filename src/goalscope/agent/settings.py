@@ -6,7 +6,7 @@ import importlib.util
 import os
 import sys
 import traceback
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import lru_cache
 from pathlib import Path
@@ -41,6 +41,7 @@ __all__ = [
     "likelihood_for",
     "load_domain",
     "load_likelihood",
+    "notes_of",
     "open_environment",
     "own_likelihood",
     "possible_actions",
@@ -233,7 +234,7 @@ def open_environment(settings: Settings, profile: Profile | None = None) -> Envi
                 "see docs/domain.md."
             )
         try:
-            check_verbs(found.verbs, found.examples)
+            check_verbs(found.verbs)
         except InvalidInputError as error:
             raise InvalidInputError(f"{settings.domain}: {error}") from None
         return found
@@ -262,6 +263,16 @@ def open_environment(settings: Settings, profile: Profile | None = None) -> Envi
             "what it needs.",
         )
     return HomeRobot(HouseController(loaded), notes=notes)
+
+
+def notes_of(env: Environment) -> Sequence[str]:
+    """What a person should know about what was loaded, one sentence each."""
+    from goalscope.envs.grocery import GroceryShop
+    from goalscope.envs.house import HomeRobot
+
+    if isinstance(env, GroceryShop):
+        return env.catalogue.notes
+    return env.notes if isinstance(env, HomeRobot) else ()
 
 
 @lru_cache(maxsize=4)

@@ -181,12 +181,15 @@ class Action:
         target: The thing it is done to.
         quantity: How many of them.
         destination: Where the thing goes, if the action moves it.
+        irreversible: Whether it cannot be undone, in the state for which the environment made it.
+            Two actions are equal whether or not they say so.
     """
 
     name: str
     target: str = ""
     quantity: int = 1
     destination: str = ""
+    irreversible: bool = field(default=False, compare=False, repr=False)
 
     def __str__(self) -> str:
         times = f" x{self.quantity}" if self.quantity != 1 else ""

@@ -81,6 +81,7 @@ def chat(
         show_summary,
         show_understood,
     )
+    from goalscope.envs import completion_phrase
     from goalscope.storage.session import Session, more_rounds, saved_settings
     from goalscope.storage.store import Store
 
@@ -128,7 +129,7 @@ def chat(
                 '; "/help" shows how to correct the goals.' if settings.method == "good" else "."
             )
             out.print(
-                f'"{env.completion_phrase}" ends the task; "quit" leaves, and you can go on later'
+                f'"{completion_phrase(env)}" ends the task; "quit" leaves, and you can go on later'
                 + corrections,
                 style="dim",
             )
@@ -350,15 +351,12 @@ def _refuse_other_options(context: typer.Context, info: EpisodeInfo) -> None:
 @contextmanager
 def _environment(settings: Settings, person: Profile | None) -> Generator[Environment]:
     """The environment of an episode, closed at the end; prints its notes."""
-    from goalscope.agent.settings import open_environment
+    from goalscope.agent.settings import notes_of, open_environment
 
-    env = open_environment(settings, person)
-    try:
-        for note in env.notes:
+    with open_environment(settings, person) as env:
+        for note in notes_of(env):
             console(stderr=True).print(note, style="dim")
         yield env
-    finally:
-        env.close()
 
 
 def _drawing(env: Environment, file: Path | None) -> Callable[[], None]:

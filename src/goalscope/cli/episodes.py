@@ -174,7 +174,7 @@ def _show_checks_again(out: Console, info: EpisodeInfo, rounds: Sequence[Round])
         person = profile_named(settings, info.profile or "")
         env = open_environment(settings, person)
         undo(env, [result for round in rounds for result in round.results])
-        met = env.checks_met(person)
+        met = env.checks_met(person).met
         if not met or sum(met) / len(met) != info.score:
             raise InvalidInputError("The catalogue, the scene or the profile has changed since.")
         show_checks(out, person.checks, met)

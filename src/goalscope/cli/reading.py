@@ -240,6 +240,7 @@ def _languages(domains: Sequence[str] | None) -> dict[str, Language]:
     """The verbs of each domain, by the domain's name in the corpus."""
     from goalscope.agent.settings import Settings, load_domain, open_environment
     from goalscope.experiment.reading_scores import Language, read_languages
+    from goalscope.language.orders import examples_of
 
     found: dict[str, Language] = {}
     for name in domains or ("grocery", "house"):
@@ -249,7 +250,7 @@ def _languages(domains: Sequence[str] | None) -> dict[str, Language]:
         known = load_domain(ALIASES.get(name, name))
         label = known if known in ("grocery", "house") else Path(known).stem
         env = open_environment(Settings(domain=known))
-        found[label] = Language(tuple(env.verbs), env.task, tuple(env.examples))
+        found[label] = Language(tuple(env.verbs), env.task, tuple(examples_of(env.verbs)))
     return found
 
 

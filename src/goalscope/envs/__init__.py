@@ -3,17 +3,26 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from contextlib import AbstractContextManager
 from dataclasses import dataclass
+from types import TracebackType
 from typing import cast
 
 from goalscope.base.types import Action, GoalscopeError, Profile, StepResult
 from goalscope.envs.scenarios import Scenario
 from goalscope.language.dialogue_state import DialogueState
-from goalscope.language.orders import Example, Order, Verb
+from goalscope.language.orders import Order, Verb
 
 __all__ = ["GUESSED", "MENTIONED", "REQUIRED", "SEARCH"]
-__all__ += ["Environment", "Pick", "Resolution"]
-__all__ += ["execute", "met_checks", "missing", "resolution_of", "scenarios_like"]
+__all__ += ["Checks", "Environment", "Pick", "Proactive", "Resolution", "State"]
+__all__ += [
+    "completion_phrase",
+    "execute",
+    "is_irreversible",
+    "missing",
+    "resolve",
+    "scenarios_like",
+]
 
 GUESSED = "Guessed, not asked for: "
 """Prefix of notes about guessed actions."""
@@ -24,7 +33,7 @@ MENTIONED = "Because you mentioned it: "
 SEARCH = "search inventory"
 """Name of the action that only looks something up, in all domains."""
 
-REQUIRED = ("task", "verbs", "reset", "status", "step", "resolve", "offers")
+REQUIRED = ("task", "verbs", "reset", "step", "state", "resolve", "offers")
 """The members of `Environment` without a default."""
 
 Pick = Callable[[str, Sequence[str]], str]
@@ -32,102 +41,151 @@ Pick = Callable[[str, Sequence[str]], str]
 
 
 @dataclass(frozen=True, slots=True)
+class State:
+    """The state of an environment.
+
+    Attributes:
+        text: The state for people and prompts.
+        fingerprint: Equal if and only if the states are equal; by default, the text.
+    """
+
+    text: str
+    fingerprint: str = ""
+
+    def __post_init__(self) -> None:
+        """Let the text identify the state where nothing else does."""
+        if not self.fingerprint:
+            object.__setattr__(self, "fingerprint", self.text)
+
+
+@dataclass(frozen=True, slots=True)
 class Resolution:
     """The resolution of an order in the current state.
 
     Attributes:
-        actions: The actions that carry it out, in order.
+        actions: The actions that carry it out, in order. Those that cannot be undone have
+            `Action.irreversible` set: the agent asks before it executes them.
         why: One sentence on what cannot be done and why, or that it is already so; "" if the
             actions do all of it.
+        warning: One line to add once the actions are executed, such as that nobody knows whether
+            a thing is free of nuts; "" for nothing.
     """
 
     actions: tuple[Action, ...] = ()
     why: str = ""
+    warning: str = ""
 
 
-class Environment:
+@dataclass(frozen=True, slots=True)
+class Checks:
+    """The score of a state for a profile.
+
+    Attributes:
+        met: Whether the state meets each of the profile's checks, in order; empty in a domain that
+            does not score.
+        unwanted: Names of results that neither the checks nor the profile's `welcome` include.
+    """
+
+    met: tuple[bool, ...] = ()
+    unwanted: tuple[str, ...] = ()
+
+
+class Environment(AbstractContextManager["Environment"]):
     """A domain that the agent acts in; subclasses must define the members of `REQUIRED`.
 
-    It declares its verbs and never parses language: orders arrive already read.
+    It declares its verbs and never parses language: orders arrive already read. Use it in a `with`
+    statement to stop its background processes, if it has any.
 
     Attributes:
         task: The agent and its task in one or two sentences, for prompts.
         verbs: The verbs of orders, besides the dialogue acts of `goalscope.language.orders`.
-        examples: Example readings, for models not fitted for reading.
-        completion_phrase: The words that end the task.
-        notes: Notes for the person about what was loaded, one sentence each.
-        agreed: Share of similar occasions that must need something before it is guessed.
     """
 
     task: str
     verbs: Sequence[Verb]
-    examples: Sequence[Example] = ()
-    completion_phrase: str = "That is all"
-    notes: Sequence[str] = ()
-    agreed: float = 0.4
 
     def reset(self) -> None:
         """Go back to the start."""
         raise NotImplementedError
 
-    def close(self) -> None:
-        """Stop background processes."""
-
-    def status(self) -> str:
-        """The current state, for people and prompts."""
-        raise NotImplementedError
-
-    def fingerprint(self) -> str:
-        """A text that identifies the state: equal if and only if the states are equal."""
-        return self.status()
-
     def step(self, action: Action) -> StepResult:
         """Execute an action. An impossible one changes nothing and says why."""
         raise NotImplementedError
 
-    def resolve(self, order: Order, standing: DialogueState, pick: Pick) -> Resolution:
+    def state(self) -> State:
+        """The current state."""
+        raise NotImplementedError
+
+    def resolve(self, order: Order, dialogue: DialogueState, pick: Pick) -> Resolution:
         """Resolve an order to actions, or to one sentence that says why not.
 
         The order has a verb of the domain, or is a limit ("avoid", "only", "budget", "leave"), for
-        which the actions undo violations; `Resolution()` if there are none.
+        which the actions undo violations, or is an "undo", for which they undo the results
+        `dialogue.to_undo`. `Resolution()` stands for a limit that needs no action, and for an undo
+        that the domain does not know.
 
         Args:
             order: What was asked for.
-            standing: What holds, this order included.
+            dialogue: What holds, this order included.
             pick: Finds which of the names here is meant.
         """
         raise NotImplementedError
-
-    def lasting(self, action: Action) -> bool:
-        """Whether the action cannot be undone now; by default, as declared by its verb.
-
-        The agent asks before such an action, and never guesses one.
-        """
-        return any(verb.irreversible and verb.name == action.name for verb in self.verbs)
 
     def offers(self, text: str, limit: int) -> list[str]:
         """Generic names of available things that may serve `text`, nearest first."""
         raise NotImplementedError
 
-    def actions(self, name: str, standing: DialogueState) -> list[Action]:
-        """Actions that may be guessed for things of a generic name, best first.
-
-        Excludes what the person ruled out.
-        """
-        return []
-
-    def phrase(self, action: Action) -> str:
-        """The action in words."""
-        return str(action)
-
-    def serving(self, need: str, standing: DialogueState) -> list[Action]:
-        """The actions for one need of an aim, such as "flour"; empty if there are none.
+    def answer(self, order: Order, dialogue: DialogueState, pick: Pick, said: str) -> str:
+        """The facts that a question asks for; "" if there are none.
 
         Args:
-            need: As named by occasions and the writer (see `like`); by default, a generic name.
-            standing: What holds.
+            order: The question: `what` and `where` name the thing, or nothing for all.
+            dialogue: What holds.
+            pick: Finds which of the names here is meant.
+            said: The whole utterance, which may name more things than the order.
         """
-        return self.actions(need, standing)[:1]
+        return ""
+
+    def checks_met(self, profile: Profile) -> Checks:
+        """The score of the current state for a profile."""
+        return Checks()
+
+    def __exit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        trace: TracebackType | None,
+    ) -> None:
+        """Stop background processes."""
+
+
+class Proactive(Environment):
+    """An environment in which the agent may act unasked, for a goal that is likely.
+
+    In any other environment it only follows orders.
+
+    Attributes:
+        agreed: Share of similar scenarios that must need something before it is guessed.
+    """
+
+    agreed: float = 0.4
+
+    def actions(self, name: str, dialogue: DialogueState) -> list[Action]:
+        """Actions that may be guessed for things of a generic name, best first.
+
+        Excludes what the person ruled out. Actions that cannot be undone have
+        `Action.irreversible` set, and are never guessed.
+        """
+        raise NotImplementedError
+
+    def serving(self, need: str, dialogue: DialogueState) -> list[Action]:
+        """The actions for one need of a goal, such as "flour"; empty if there are none.
+
+        Args:
+            need: As named by scenarios and the writer (see `like`); by default, a generic name.
+            dialogue: What holds.
+        """
+        return self.actions(need, dialogue)[:1]
 
     def kind(self, action: Action) -> str:
         """A key shared by actions that serve a need equally well: the need, if there is one."""
@@ -138,63 +196,36 @@ class Environment:
         return []
 
     def here(self) -> str:
-        """A description of what is here, if the needs of aims depend on it."""
+        """A description of what is here, if the needs of goals depend on it."""
         return ""
 
-    def undo(self, results: Sequence[StepResult], standing: DialogueState) -> Resolution | None:
-        """The actions that undo some results, and a sentence on what cannot be undone.
-
-        None if nothing can be undone here.
-
-        Args:
-            results: The latest results.
-            standing: What holds without it.
-        """
-        return None
-
-    def answer(self, order: Order, standing: DialogueState, pick: Pick) -> str:
-        """The facts about the thing in a question; "" if there are none.
-
-        Args:
-            order: The question: `what` and `where` name the thing, or nothing for all.
-            standing: What holds.
-            pick: Finds which of the names here is meant.
-        """
-        return ""
-
-    def caution(self, results: Sequence[StepResult], standing: DialogueState) -> str:
-        """What to warn of after orders were carried out, in one line; "" for nothing.
-
-        Args:
-            results: Of the orders.
-            standing: What holds.
-        """
-        return ""
-
-    def mentions(self, text: str) -> list[str]:
-        """The things here that a text names, as in "is oat milk dearer than soy milk?".
-
-        A question is answered for each of them, and what was guessed is told apart from them.
-        """
-        return []
-
-    def checks_met(self, profile: Profile) -> list[bool]:
-        """Whether the current state meets each of the profile's checks, in order."""
-        return []
-
-    def unwanted(self, profile: Profile) -> list[str]:
-        """Names of results that neither the profile's checks nor its `welcome` list includes."""
-        return []
+    def phrase(self, action: Action) -> str:
+        """The action in words."""
+        return str(action)
 
 
 def missing(env: Environment) -> list[str]:
-    """The members of `REQUIRED` that an environment lacks."""
+    """The members without a default that an environment lacks."""
+    required = (*REQUIRED, "actions") if isinstance(env, Proactive) else REQUIRED
+    defaults = {**vars(Environment), **vars(Proactive)}
     return [
         name
-        for name in REQUIRED
+        for name in required
         if getattr(env, name, None) is None
-        or getattr(type(env), name, None) is vars(Environment).get(name, env)
+        or getattr(type(env), name, None) is defaults.get(name, env)
     ]
+
+
+def is_irreversible(env: Environment, action: Action) -> bool:
+    """Whether an action cannot be undone, as it says itself or the verb of its name declares."""
+    declared = (verb.name for verb in env.verbs if verb.irreversible)
+    return action.irreversible or action.name in declared
+
+
+def completion_phrase(env: Environment) -> str:
+    """The words that end the task: those of the first verb that declares some."""
+    phrases = (verb.phrase for verb in env.verbs if verb.ends and verb.phrase)
+    return next(phrases, "That is all")
 
 
 def execute(env: Environment, action: Action) -> StepResult:
@@ -212,58 +243,26 @@ def execute(env: Environment, action: Action) -> StepResult:
     return result
 
 
-def resolution_of(env: Environment, member: str, found: object) -> Resolution:
-    """What `resolve` or `undo` gave, if it is a resolution.
+def resolve(env: Environment, order: Order, dialogue: DialogueState, pick: Pick) -> Resolution:
+    """Resolve an order, and see that the answer is a resolution.
 
     Raises:
         GoalscopeError: It is something else.
     """
-    if not isinstance(found, Resolution):
-        raise _wrong(env, member, "a Resolution(actions, why)", found)
-    if not isinstance(cast("object", found.why), str):
-        raise _wrong(env, member, "a Resolution whose `why` is a text", found)
-    if not _is_list(found.actions, Action):
-        raise _wrong(env, member, "a Resolution with a tuple of actions, as in (action,)", found)
-    for each in found.actions:
-        texts = (each.name, each.target, each.destination)
-        if type(each.quantity) is not int or not _is_list(texts, str):
-            raise _wrong(env, member, "actions of texts, with an int as the quantity", each)
-    return found
+    found = cast("object", env.resolve(order, dialogue, pick))
+    if (
+        isinstance(found, Resolution)
+        and isinstance(cast("object", found.actions), tuple)
+        and all(isinstance(cast("object", action), Action) for action in found.actions)
+        and all(type(cast("object", text)) is str for text in (found.why, found.warning))
+    ):
+        return found
+    raise GoalscopeError(
+        f"`resolve` of {type(env).__name__} must return a Resolution((action, ...), why), with a "
+        f"tuple of actions and a text, not {found!r}, for {order}."
+    )
 
 
 def scenarios_like(env: Environment, text: str, most: int) -> list[Scenario]:
-    """The occasions that `env.like` finds.
-
-    Raises:
-        GoalscopeError: It gives something else.
-    """
-    found = env.like(text, most)
-    if not _is_list(found, Scenario):
-        raise _wrong(env, "like", "a list of Scenarios (see goalscope.envs.scenarios)", found)
-    return [*found]
-
-
-def met_checks(env: Environment, profile: Profile) -> list[bool]:
-    """Which checks of a profile are met, in their order; none where the domain does not score.
-
-    Raises:
-        GoalscopeError: `env.checks_met` gives something else.
-    """
-    found = env.checks_met(profile)
-    if not _is_list(found, bool) or len(found) not in (0, len(profile.checks)):
-        wanted = f"a list of {len(profile.checks)} bools, one for each check of {profile.name}"
-        raise _wrong(env, "checks_met", wanted, found)
-    return found
-
-
-def _is_list(found: object, kind: type) -> bool:
-    """Whether it is a list or tuple of nothing but this kind."""
-    return isinstance(found, list | tuple) and all(
-        isinstance(each, kind) for each in cast("Sequence[object]", found)
-    )
-
-
-def _wrong(env: Environment, member: str, wanted: str, found: object) -> GoalscopeError:
-    return GoalscopeError(
-        f"`{member}` of {type(env).__name__} must return {wanted}, not {found!r}."
-    )
+    """The scenarios that an environment finds similar to a text; none if it is not proactive."""
+    return env.like(text, most) if isinstance(env, Proactive) else []

@@ -11,20 +11,29 @@ from typing import Any, cast
 from goalscope.base.types import Action, GoalscopeError, InvalidInputError, Profile, StepResult
 from goalscope.envs import (
     SEARCH,
+    Checks,
     Environment,
+    Proactive,
     Resolution,
+    State,
+    completion_phrase,
     execute,
-    met_checks,
+    is_irreversible,
     missing,
-    resolution_of,
-    scenarios_like,
+    resolve,
 )
+from goalscope.envs.scenarios import Scenario
 from goalscope.language.dialogue_state import LIMITS, DialogueState, acting, fold
 from goalscope.language.matcher import Matcher
-from goalscope.language.orders import Order, Reading, Verb, orders_from_text, orders_to_text
+from goalscope.language.orders import (
+    Order,
+    Reading,
+    Verb,
+    examples_of,
+    orders_from_text,
+    orders_to_text,
+)
 from goalscope.language.reader import check_verbs
-
-__all__ = ["check_env"]
 
 NOWHERE = "no such thing"
 """What no domain has."""
@@ -76,7 +85,7 @@ class _Trial:
         self.names: list[str] = []
         self.checked: list[str] = []
         self.call("reset")
-        self.start = self.fingerprint()
+        self.start = self.state()
 
     def call(self, member: str, *given: Any, by: Callable[..., Any] | None = None) -> Any:
         """Call a member, or what calls it; an error of its own is a broken law."""
@@ -93,53 +102,56 @@ class _Trial:
     def reset(self) -> None:
         """Go back to the start, and see that it is the start."""
         self.call("reset")
-        _hold(self.fingerprint() == self.start, "`reset` must lead back to the same start")
-        own = _shared(self.env) == self.shared
-        _hold(own, "the state must be the instance's own, and not its class's")
+        now = self.state()
+        _hold(
+            now == self.start, f"`reset` must lead back to the same start{_both(self.start, now)}"
+        )
+        is_own = _shared(self.env) == self.shared
+        _hold(is_own, "the state must be the instance's own, and not its class's")
 
-    def status(self) -> str:
-        """See `Environment.status`."""
-        found = self.call("status")
-        right = isinstance(found, str) and bool(found.strip())
-        _hold(right, f"`status()` must be a text that is not empty, not {found!r}")
-        return found
-
-    def fingerprint(self) -> str:
-        """See `Environment.fingerprint`."""
-        self.status()
-        found = self.call("fingerprint")
-        _hold(isinstance(found, str), f"`fingerprint()` must be a text, not {found!r}")
+    def state(self) -> State:
+        """See `Environment.state`."""
+        found = self.call("state")
+        right = isinstance(found, State) and isinstance(cast("object", found.text), str)
+        _hold(right, f'`state()` must be a State("..."), not {found!r}')
+        _hold(bool(found.text.strip()), "the text of `state()` must not be empty")
         return found
 
     def step(self, action: Action) -> StepResult:
         """Take one action, which keeps the laws of one action."""
-        before, status = self.fingerprint(), self.status()
-        lasting = self.call("lasting", action)
+        before = self.state()
         result = self.call("step", action, by=execute)
         _hold(result.action == action, f"a result must name its action: {action}")
-        changed = self.fingerprint() != before
+        now = self.state()
+        changed = now.fingerprint != before.fingerprint
         if not result.ok:
             _hold(bool(result.observation), f"a failure must say why: {action}")
-            _hold(not changed, f"a failure must change nothing: {action}")
+            _hold(not changed, f"a failure must change nothing: {action}{_both(before, now)}")
             return result
-        told = self.status() == status or changed
-        _hold(told, f"what changed `status()` must change `fingerprint()`: {action}")
-        both = f"`lasting` gives {lasting} and its result irreversible={result.irreversible}"
-        _hold(bool(lasting) == result.irreversible, f"{both}; they must agree: {action}")
+        told = now.text == before.text or changed
+        _hold(told, f"what changes the text of `state()` must change its fingerprint: {action}")
+        return result
+
+    def take(self, action: Action) -> StepResult:
+        """Take an action that the environment gave: both say the same of whether it lasts."""
+        lasting, result = is_irreversible(self.env, action), self.step(action)
+        both = f"the action says {lasting} and its result irreversible={result.irreversible}"
+        agreed = not result.ok or lasting == result.irreversible
+        _hold(agreed, f"whether something cannot be undone: {both}; they must agree: {action}")
         return result
 
     def try_declarations(self) -> None:
         """Texts, verbs and examples."""
-        for name in ("task", "completion_phrase"):
-            found = cast("object", getattr(self.env, name))
-            right = isinstance(found, str) and bool(found.strip())
-            _hold(right, f"`{name}` must be a text that is not empty")
+        task = cast("object", self.env.task)
+        _hold(isinstance(task, str) and bool(task.strip()), "`task` must be a text, and not empty")
         try:
-            check_verbs(self.env.verbs, self.env.examples)
+            check_verbs(self.env.verbs)
         except InvalidInputError as error:
             raise _broken(str(error).rstrip(".")) from None
         ending = any(verb.ends for verb in self.env.verbs)
         _hold(ending, 'no verb ends the task; add one, as in Verb("finish", "...", (), ends=True)')
+        phrase = cast("object", completion_phrase(self.env))
+        _hold(isinstance(phrase, str), f"the `phrase` of a verb must be a text, not {phrase!r}")
 
     def try_names(self) -> None:
         """Names on offer are things that there are."""
@@ -169,11 +181,14 @@ class _Trial:
     def resolve(self, order: Order) -> Resolution:
         """What an order comes to; to find out changes nothing."""
         away = {verb.name for verb in self.env.verbs if verb.takes_away}
-        state = fold([Reading((order,))], takes_away=away)
-        before = self.fingerprint()
-        answer = self.call("resolve", order, state, self.pick)
-        found = resolution_of(self.env, "resolve", answer)
-        _hold(self.fingerprint() == before, f"`resolve` must change nothing: {order}")
+        dialogue = fold([Reading((order,))], takes_away=away)
+        before = self.state()
+        found: Resolution = self.call("resolve", order, dialogue, self.pick, by=resolve)
+        for each in found.actions:
+            texts = (each.name, each.target, each.destination)
+            right = type(each.quantity) is int and _is_list(texts, str)
+            _hold(right, f"an action needs texts, with an int as the quantity: {each!r}")
+        _hold(self.state() == before, f"`resolve` must change nothing: {order}")
         return found
 
     def try_readings(self) -> None:
@@ -192,10 +207,10 @@ class _Trial:
             for limit in (*(Order(act, name) for act in _NAMING), Order("budget", quantity=1e6)):
                 self._try_limit(limit)
             for asked in (Order("ask", name), Order("ask")):
-                told = self.call("answer", asked, DialogueState(), self.pick)
+                told = self.call("answer", asked, DialogueState(), self.pick, f"What about {name}?")
                 right = isinstance(told, str)
                 _hold(right, f"`answer` must give a text, not {told!r}, for {asked}")
-        _hold(self.fingerprint() == self.start, "to resolve and to answer must change nothing")
+        _hold(self.state() == self.start, "to resolve and to answer must change nothing")
         for name in self.names[:_THINGS]:
             self._try_needs(name)
 
@@ -217,14 +232,18 @@ class _Trial:
 
     def _try_needs(self, text: str) -> None:
         """What occasions call for may be lacking, but is not misspelt."""
-        for occasion in self.call("like", text, 8, by=scenarios_like):
-            for need in (*occasion.needed, *occasion.nice):
+        if not isinstance(self.env, Proactive):
+            return
+        like = self.call("like", text, 8)
+        _hold(_is_list(like, Scenario), f"`like` must give a list of Scenarios, not {like!r}")
+        for scenario in like:
+            for need in (*scenario.needed, *scenario.nice):
                 way = self.call("serving", need, DialogueState())
                 right = _is_list(way, Action)
                 _hold(right, f"`serving` must give a list of actions, not {way!r}")
                 close = get_close_matches(str(need), self.names, 1, _TYPO)
                 known = bool(way) or not close or need in close
-                _hold(known, f"an occasion needs {need!r}; did you mean {close}?")
+                _hold(known, f"a scenario needs {need!r}; did you mean {close}?")
 
     def try_odd_actions(self) -> None:
         """What does not exist fails, says why, and changes nothing."""
@@ -239,15 +258,20 @@ class _Trial:
     def try_profiles(self, profiles: Sequence[Profile]) -> None:
         """Who does nothing scores nothing."""
         for profile in profiles:
-            met = self.call("checks_met", profile, by=met_checks)
-            _hold(not any(met), f"`checks_met` counts checks of {profile.name} before any action")
-            self.call("unwanted", profile)
+            found = self.call("checks_met", profile)
+            right = isinstance(found, Checks) and len(found.met) in (0, len(profile.checks))
+            wanted = f"Checks with {len(profile.checks)} bools, one for each check of"
+            _hold(right, f"`checks_met` must give {wanted} {profile.name}, not {found!r}")
+            met = any(found.met)
+            _hold(not met, f"`checks_met` counts checks of {profile.name} before any action")
             values = [each for check in profile.checks for each in check.values()]
             self.checked += [name for each in values if _is_list(each, str) for name in each]
 
-    def guesses(self, name: str, standing: DialogueState | None = None) -> list[Action]:
-        """See `Environment.actions`."""
-        found = self.call("actions", name, standing or DialogueState())
+    def guesses(self, name: str, dialogue: DialogueState | None = None) -> list[Action]:
+        """See `Proactive.actions`."""
+        if not isinstance(self.env, Proactive):
+            return []
+        found = self.call("actions", name, dialogue or DialogueState())
         _hold(_is_list(found, Action), f"`actions` must give a list of actions, not {found!r}")
         return found
 
@@ -261,22 +285,23 @@ class _Trial:
             ruled = self.guesses(name, avoid)
             _hold(not ruled, f"`actions` must leave out what the person ruled out: {ruled}")
             for action in found:
-                if seen[action.name] or not self.left or self.env.lasting(action):
+                if seen[action.name] or not self.left or is_irreversible(self.env, action):
                     continue
                 self.left -= 1
-                result = self.step(action)
+                result = self.take(action)
                 seen[action.name] = result.ok
                 if result.ok and action in self.guesses(name):
                     again = self.step(action).ok
                     _hold(again, f"`actions` must leave out what is done already: {action}")
                 self.reset()
         lasts = [a for name in self.names[:_THINGS] for a in self.guesses(name)]
-        useful = not lasts or not all(map(self.env.lasting, lasts))
+        useful = not lasts or not all(is_irreversible(self.env, action) for action in lasts)
         _hold(useful, "`actions` gives only what cannot be undone, which no agent guesses")
 
     def try_orders(self) -> None:
         """Orders, then each pair of orders of the same thing: laws, undo, and replay."""
-        shown = [orders_from_text(each.orders, self.env.verbs) for each in self.env.examples]
+        examples = examples_of(self.env.verbs)
+        shown = [orders_from_text(each.orders, self.env.verbs) for each in examples]
         for order in (order for each in shown for order in acting(each)):
             self._try_pair((order,))
         things = dict.fromkeys((*self.names[:_THINGS], *self.checked[:_CHECKED]))
@@ -290,22 +315,24 @@ class _Trial:
         if self.left <= 0:
             return False
         self.left -= 1
-        start = before = self.status()
+        start = before = self.state().text
         done: list[StepResult] = []
         results: list[StepResult] = []
         for order in orders:
-            before, results = self.status(), self._follow(order)
+            before, results = self.state().text, self._follow(order)
             done += results
             if not results or results[-1].terminated:
                 self.reset()
                 return False
-        end = self.fingerprint()
+        end = self.state()
         self._undo(results, before, orders[-1:])
         self.reset()
         for result in done:
             again = self.step(result.action).ok
             _hold(again, f"an action must succeed again after a reset: {result.action}")
-        _hold(self.fingerprint() == end, f"the same actions must lead to the same state: {orders}")
+        now = self.state()
+        same = now == end
+        _hold(same, f"the same actions must lead to the same state: {orders}{_both(end, now)}")
         if len(orders) > 1:
             self._undo(done, start, orders)
         self.reset()
@@ -315,35 +342,50 @@ class _Trial:
         """Do one order; the results of what succeeded."""
         verb = self.verbs[order.do]
         found = self.resolve(order)
-        lasting = any(map(self.env.lasting, found.actions))
+        lasting = any(is_irreversible(self.env, action) for action in found.actions)
         agreed = lasting or not (verb.irreversible and found.actions)
-        _hold(agreed, f"{verb.name!r} is irreversible, but `lasting` denies it: {found.actions}")
+        _hold(agreed, f"{verb.name!r} is irreversible, but its actions are not: {found.actions}")
         done: list[StepResult] = []
         for action in found.actions:
-            before = self.fingerprint()
-            result = self.step(action)
+            before = self.state()
+            result = self.take(action)
             if not result.ok:
                 return done
             done.append(result)
             right = verb.ends or not result.terminated
             _hold(right, f"{verb.name!r} terminates: give it ends=True")
-            if self.fingerprint() == before and action.name != SEARCH and not result.terminated:
+            if (
+                self.state().fingerprint == before.fingerprint
+                and action.name != SEARCH
+                and not result.terminated
+            ):
                 same = all(self.step(action).ok for _ in range(_TIMES))  # as the state is the same
-                _hold(same, f"`fingerprint()` must show what an action changes: {action}")
+                _hold(same, f"`state()` must show what an action changes: {action}")
         ended = not found.actions or not verb.ends or done[-1].terminated
         _hold(ended, f"{verb.name!r} ends the task, but no result says terminated=True: {order}")
         return done
 
     def _undo(self, results: Sequence[StepResult], before: str, orders: Sequence[Order]) -> None:
         """Undo results; the state is back, or it is said what is not."""
-        found = self.call("undo", results, DialogueState())
-        if found is None:
+        dialogue = DialogueState(to_undo=tuple(results))
+        found = self.call("resolve", Order("undo"), dialogue, self.pick, by=resolve)
+        if found == Resolution():
             return
         said = orders_to_text(orders).replace("\n", "; ")
-        for action in resolution_of(self.env, "undo", found).actions:
+        for action in found.actions:
             _hold(self.step(action).ok, f"what `undo` gives must succeed: {action}, for {said!r}")
-        told = bool(found.why) or self.status() == before
-        _hold(told, f"`undo` must bring the state back, or say what it cannot: {said!r}")
+        now = self.state()
+        told = bool(found.why) or now.text == before
+        both = _both(State(before), now)
+        _hold(told, f"`undo` must bring the state back, or say what it cannot: {said!r}{both}")
+
+
+def _both(first: State, second: State) -> str:
+    """Two states that should be the same; by their fingerprints if their texts are."""
+    one, two = first.text, second.text
+    if one == two:
+        one, two = first.fingerprint, second.fingerprint
+    return f" (first {one!r}, then {two!r})"
 
 
 def _is_list(found: Any, kind: type) -> bool:

@@ -104,15 +104,11 @@ def _episode(model: OpenModel, spec: Mapping[str, Any]) -> dict[str, Any]:
             f"the experiment was planned. {_AGAIN}"
         )
     start = time.monotonic()
-    env = open_environment(settings, profile)
-    try:
-        with Store.in_memory() as store:
-            session = Session(store, settings, env, model, profile=profile.name)
-            rounds = list(session.run())
-            info, met, unwanted = session.info, session.checks_met(), session.unwanted()
-            verbs = [verb.name for verb in env.verbs]
-    finally:
-        env.close()
+    with open_environment(settings, profile) as env, Store.in_memory() as store:
+        session = Session(store, settings, env, model, profile=profile.name)
+        rounds = list(session.run())
+        info, met, unwanted = session.info, session.checks_met(), session.unwanted()
+        verbs = [verb.name for verb in env.verbs]
     results = [result for round in rounds for result in round.results if result.ok]
     acts = [str(result.action) for result in results if not result.terminated]
     return {

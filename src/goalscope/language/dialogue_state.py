@@ -9,6 +9,7 @@ from collections.abc import Collection, Sequence
 from dataclasses import dataclass, replace
 
 from goalscope.base.nouns import names, singulars
+from goalscope.base.types import StepResult
 from goalscope.language.orders import DIALOGUE_ACTS, REASONS, Order, Reading
 
 __all__ = ["GRAVE", "LIMITS", "DialogueState", "acting", "fold"]
@@ -31,12 +32,14 @@ class DialogueState:
         budget: The most that everything may cost; None for no limit.
         untouched: Things to leave as they are.
         asked: Orders that were not retracted, oldest first.
+        to_undo: Results that an order to undo takes back, oldest first.
     """
 
     limits: tuple[Order, ...] = ()
     budget: Order | None = None
     untouched: tuple[Order, ...] = ()
     asked: tuple[Order, ...] = ()
+    to_undo: tuple[StepResult, ...] = ()
 
     def forbids(self, order: Order) -> Order | None:
         """The allergy or diet that rules out the thing that an order asks for, if there is one.

@@ -7,7 +7,8 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, fields, replace
+from functools import cache
 from importlib.resources import files
 
 from goalscope.base.inputs import read_table
@@ -21,12 +22,14 @@ __all__ = [
     "Order",
     "Reading",
     "Verb",
+    "examples_of",
     "is_aside",
     "order_from_json",
     "order_to_json",
     "orders_from_text",
     "orders_to_text",
     "speaks",
+    "with_examples",
     "words_of",
 ]
 
@@ -52,6 +55,9 @@ class Verb:
         irreversible: Whether no use of it can be undone.
         takes_away: Whether it removes the thing: no limit forbids that, and it lifts none.
         ends: Whether it ends the task.
+        phrase: The words that a person says to end the task, of a verb that ends it.
+        examples: Messages with their orders, for models that were not taught to read; they may
+            have other verbs, too.
     """
 
     name: str
@@ -60,6 +66,8 @@ class Verb:
     irreversible: bool = False
     takes_away: bool = False
     ends: bool = False
+    phrase: str = ""
+    examples: tuple[Example, ...] = ()
 
 
 DIALOGUE_ACTS: tuple[Verb, ...] = (
@@ -285,8 +293,15 @@ def _order(line: str, known: dict[str, Verb]) -> Order:
     )
 
 
-def read_examples(package: str) -> tuple[Example, ...]:
-    """The readings in a package's `data/examples.toml`, for a model that was not taught to read."""
+@cache
+def with_examples(verbs: tuple[Verb, ...], package: str) -> tuple[Verb, ...]:
+    """The verbs with the examples of a package's `data/examples.toml`."""
     source = files(package) / "data" / "examples.toml"
     rows = read_table(source)["example"]
-    return tuple(Example(row["message"], row["orders"], row.get("question", "")) for row in rows)
+    examples = (Example(row["message"], row["orders"], row.get("question", "")) for row in rows)
+    return replace(verbs[0], examples=tuple(examples)), *verbs[1:]
+
+
+def examples_of(verbs: Iterable[Verb]) -> list[Example]:
+    """The examples of all verbs."""
+    return [example for verb in verbs for example in verb.examples]

@@ -36,6 +36,7 @@ from goalscope.language.orders import (
     Order,
     Reading,
     Verb,
+    examples_of,
     order_from_json,
     order_to_json,
     orders_from_text,
@@ -438,7 +439,7 @@ def _literal(text: str) -> str:
 
 
 def check_verbs(verbs: Sequence[Verb], examples: Sequence[Example] = ()) -> None:
-    """Check that a reader can use these verbs, and examples of orders by them.
+    """Check that a reader can use these verbs with their examples, and further examples.
 
     Raises:
         InvalidInputError: There are none, something else, two of the same name, or an unknown slot;
@@ -478,7 +479,7 @@ def check_verbs(verbs: Sequence[Verb], examples: Sequence[Example] = ()) -> None
                     f"The verb {verb.name!r} has a slot {slot!r}. The slots are: "
                     f"{', '.join(SLOTS)}."
                 )
-    for example in examples:
+    for example in (*examples, *examples_of(verbs)):
         if not isinstance(cast("object", example), Example):
             raise InvalidInputError(f"`examples` must be a tuple of Examples; {example!r} is none.")
         try:

@@ -25,7 +25,7 @@ from goalscope.base.types import TRACKING, Goal, GoalChange, InvalidInputError, 
 from goalscope.belief.belief import Belief
 from goalscope.belief.calibrations import calibration_named
 from goalscope.belief.tracker import Correction
-from goalscope.envs import Environment, met_checks
+from goalscope.envs import Environment
 from goalscope.models import Model, model_name
 from goalscope.storage.store import EpisodeInfo, Store, new_episode
 
@@ -234,12 +234,14 @@ class Session:
 
     def checks_met(self) -> list[bool]:
         """Which of the profile's checks the present state meets; none without a profile."""
-        return met_checks(self._env, self.profile) if self.profile else []
+        return list(self._env.checks_met(self.profile).met) if self.profile else []
 
     def unwanted(self) -> list[str] | None:
         """What neither the profile's checks nor its `welcome` list names; None without a list."""
         profile = self.profile
-        return self._env.unwanted(profile) if profile and profile.welcome else None
+        if not (profile and profile.welcome):
+            return None
+        return list(self._env.checks_met(profile).unwanted)
 
     def _make_human(self, model: Model, read: Callable[[str], str] | None) -> Human | None:
         human, seed = self._settings.human, self._settings.seed

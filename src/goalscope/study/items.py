@@ -128,14 +128,11 @@ def _states(
 ) -> Iterator[str]:
     """The state of each thing that was moved, changed or mentioned, one per line."""
     results = [each for round in rounds for each in round.results if each.ok]
-    env = open_environment(settings, profile)
-    try:
+    with open_environment(settings, profile) as env:
         assert isinstance(env, HomeRobot)
         start = View(env.metadata, env.names).table
         undo(env, results, rounds[-1].state or None)
         view = View(env.metadata, env.names)
-    finally:
-        env.close()
     touched = {name for each in results for name in (each.action.target, each.action.destination)}
     touched |= {view.names[own] for own, _ in view.changes(start)}
     kinds = kinds_in(view, words)

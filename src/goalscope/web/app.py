@@ -25,6 +25,7 @@ from goalscope.base.text import model_shown
 from goalscope.base.types import ConflictError, Goal, GoalscopeError, InvalidInputError
 from goalscope.belief.explain import reasons
 from goalscope.belief.tracker import Correction
+from goalscope.envs import completion_phrase
 from goalscope.envs.house.simulator.scenes import known_scenes
 from goalscope.models import Model, model_name
 from goalscope.storage.store import EpisodeInfo, Store
@@ -319,16 +320,15 @@ def _domains(settings: Settings) -> list[DomainView]:
     titles: dict[Domain, str] = {"grocery": "Grocery shopping", "house": "A robot in a home"}
     found: list[DomainView] = []
     for name, title in titles.items():
-        env = open_environment(replace(settings, domain=name))
         scenes = sorted(known_scenes()) if name == "house" else []
-        found.append(
-            DomainView(
-                name=name,
-                title=title,
-                task=env.task,
-                completion_phrase=env.completion_phrase,
-                scenes=scenes,
+        with open_environment(replace(settings, domain=name)) as env:
+            found.append(
+                DomainView(
+                    name=name,
+                    title=title,
+                    task=env.task,
+                    completion_phrase=completion_phrase(env),
+                    scenes=scenes,
+                )
             )
-        )
-        env.close()
     return found

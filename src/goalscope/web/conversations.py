@@ -8,7 +8,7 @@ import time
 from collections import OrderedDict
 from collections.abc import Callable, Generator
 from concurrent.futures import Executor, Future, ThreadPoolExecutor
-from contextlib import contextmanager
+from contextlib import ExitStack, contextmanager
 from threading import RLock
 from typing import Any, Literal, TypeVar
 
@@ -27,6 +27,7 @@ from goalscope.belief.belief import Belief
 from goalscope.belief.explain import word_evidence
 from goalscope.belief.likelihood import DEFAULT_LAYOUT, RolePlay
 from goalscope.belief.tracker import Correction
+from goalscope.envs import completion_phrase
 from goalscope.models import Model
 from goalscope.storage.session import Session, saved_settings
 from goalscope.storage.store import EpisodeInfo, Store
@@ -72,12 +73,13 @@ class Conversation:
     ) -> None:
         self._store, self._worker, self._model = store, worker, model
         self._settings = settings
-        self._env = open_environment(settings)
+        self._closing = ExitStack()
+        self._env = self._closing.enter_context(open_environment(settings))
         self._lock = RLock()
         self._state = Live(
             version=time.time_ns() // 1_000_000,
             phase="idle",
-            completion_phrase=self._env.completion_phrase,
+            completion_phrase=completion_phrase(self._env),
         )
         self._listeners: dict[asyncio.Queue[Event], asyncio.AbstractEventLoop] = {}
         self._opened: Session | None = None
@@ -229,7 +231,7 @@ class Conversation:
 
     def close(self) -> None:
         """Close the environment; everything is in the store."""
-        self._env.close()
+        self._closing.close()
 
     def _open(self, resume: EpisodeInfo | None) -> Session:
         session = Session(

@@ -183,8 +183,7 @@ def room_picture(info: EpisodeInfo, rounds: Sequence[Round], *, width: int | Non
     person = None
     if info.profile and not settings.scene:
         person = profile_named(settings, info.profile)
-    env = open_environment(settings, person)
-    try:
+    with open_environment(settings, person) as env:
         assert isinstance(env, HomeRobot)
         undo(env, [result for round in rounds[:-1] for result in round.results])
         before = env.metadata
@@ -192,5 +191,3 @@ def room_picture(info: EpisodeInfo, rounds: Sequence[Round], *, width: int | Non
             for result in round.results:
                 env.step(result.action)
         return RoomMap(env.metadata, before, env.names).svg(width or WIDTH)
-    finally:
-        env.close()

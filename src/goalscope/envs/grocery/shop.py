@@ -9,7 +9,7 @@ from decimal import Decimal
 from goalscope import envs
 from goalscope.base.nouns import head_nouns, names, singulars
 from goalscope.base.types import Action, Profile, StepResult
-from goalscope.envs import Environment, Pick, Resolution
+from goalscope.envs import Checks, Pick, Proactive, Resolution, State
 from goalscope.envs.grocery.catalogue import Catalogue, Item
 from goalscope.envs.grocery.choosing import MOST, Choice, packages, without_percentage
 from goalscope.envs.grocery.dietary import Bounds, diets_of, refusal
@@ -19,7 +19,7 @@ from goalscope.envs.grocery.search import Search
 from goalscope.envs.scenarios import Scenario, shipped_scenarios
 from goalscope.language.amounts import same_currency
 from goalscope.language.dialogue_state import DialogueState
-from goalscope.language.orders import Order, Verb, read_examples
+from goalscope.language.orders import Order, Verb, with_examples
 
 __all__ = ["NAMES", "GroceryShop"]
 
@@ -32,6 +32,9 @@ _AT_ONCE = 8
 _SHOWN = 10
 """Items that the action `search inventory` lists."""
 
+_MENTIONS = 4
+"""Most things that a question is answered for besides the one that was read."""
+
 _WHOLE = frozenset({
     "basket", "cart", "total", "budget", "order", "price", "cost", "bill", "money", "everything",
     "it", "all",
@@ -39,7 +42,7 @@ _WHOLE = frozenset({
 """Words for the basket as a whole."""
 
 
-class GroceryShop(Environment):
+class GroceryShop(Proactive):
     """The world of a shopping agent (Sec. 4.2).
 
     Orders use `verbs`. The actions are `search inventory` (the target is a term), `add item` and
@@ -51,22 +54,27 @@ class GroceryShop(Environment):
         "The agent is a shopping agent that is supposed to make purchases for the human. "
         "Its task is to identify a basket of groceries that matches the human's preferences."
     )
-    completion_phrase = "Buy the basket"
     verbs = (
         Verb("add", "put into the basket", ("what", "quantity", "for", "where")),
         Verb("remove", "take out of the basket", ("what", "quantity"), takes_away=True),
         Verb("set", "have exactly so many of it in the basket", ("what", "quantity")),
         Verb("swap", "take one thing out for another", ("what", "quantity", "for")),
         Verb("clear", "empty the basket", ()),
-        Verb("buy", "buy the basket, now", (), irreversible=True, ends=True),
+        Verb(
+            "buy",
+            "buy the basket, now",
+            (),
+            irreversible=True,
+            ends=True,
+            phrase="Buy the basket",
+        ),
     )
-    examples = read_examples("goalscope.envs.grocery")
     agreed = 0.45
 
     def __init__(self, catalogue: Catalogue, *, search: Search | None = None) -> None:
         """Open the shop with an empty basket; `search` shares an index between shops."""
         self.catalogue = catalogue
-        self.notes = catalogue.notes
+        self.verbs = with_examples(type(self).verbs, "goalscope.envs.grocery")
         self._search = search or Search(catalogue)
         self._choice = Choice(catalogue, self._search)
         self._basket: dict[str, int] = {}
@@ -94,16 +102,15 @@ class GroceryShop(Environment):
         self._taken_out.clear()
         self._bought = False
 
-    def fingerprint(self) -> str:
-        """The basket's contents, and whether it was bought."""
-        return f"{sorted(self._basket.items())} {self._bought}"
-
     def offers(self, text: str, limit: int) -> list[str]:
         """Generic names such as "flour" that may serve `text`, nearest first."""
         return self._search.kinds(text, limit)
 
-    def status(self) -> str:
+    def state(self) -> State:
         """The basket with quantities, prices and the total, one item a line."""
+        return State(self._status(), f"{sorted(self._basket.items())} {self._bought}")
+
+    def _status(self) -> str:
         if not self._basket:
             return "The basket is empty."
         lines = ["Purchased:" if self._bought else "The basket holds:"]
@@ -113,17 +120,17 @@ class GroceryShop(Environment):
         lines.append(f"Total: {self.catalogue.money(self.total)}")
         return "\n".join(lines)
 
-    def actions(self, name: str, standing: DialogueState) -> list[Action]:
+    def actions(self, name: str, dialogue: DialogueState) -> list[Action]:
         """Additions for a generic name that the basket does not cover yet, best first.
 
         Excludes what was ruled out, for whomever it was, what once left the basket, and what takes
         too large a share of the remaining budget.
         """
         if self._bought or any(
-            each.do == "avoid" and names(name, each.what) for each in standing.limits
+            each.do == "avoid" and names(name, each.what) for each in dialogue.limits
         ):
             return []
-        bounds = self._bounds(standing)
+        bounds = self._bounds(dialogue)
         most = None if bounds.budget is None else (bounds.budget - self.total) / _AT_ONCE
         found = self._choice.offers(name, bounds, {*self._basket, *self._taken_out})
         return [
@@ -133,7 +140,7 @@ class GroceryShop(Environment):
         ]
 
     def kind(self, action: Action) -> str:
-        """See `Environment.kind`: the last word of a name, where it alone means such a thing."""
+        """See `Proactive.kind`: the last word of a name, where it alone means such a thing."""
         item = self.catalogue.get(action.target)
         heads = head_nouns(item.name) if item else []
         plain = next(iter(self._search.search(heads[-1], 1)), None) if heads else None
@@ -142,39 +149,47 @@ class GroceryShop(Environment):
         return heads[-1] if head_nouns(plain.name)[-1:] == heads[-1:] else str(action)
 
     def like(self, text: str, most: int) -> list[Scenario]:
-        """See `Environment.like`."""
+        """See `Proactive.like`."""
         return shipped_scenarios("grocery")(text, most)
 
-    def resolve(self, order: Order, standing: DialogueState, pick: Pick) -> Resolution:
-        """See `Environment.resolve`: limits remove violations."""
+    def resolve(self, order: Order, dialogue: DialogueState, pick: Pick) -> Resolution:
+        """See `Environment.resolve`: limits remove violations.
+
+        It warns of what comes and is not known to fit the diets.
+        """
+        bounds = self._bounds(dialogue)
+        found = self._resolved(without_percentage(order), bounds, dialogue, pick)
+        coming = (self.catalogue.get(a.target) for a in found.actions if a.name == "add item")
+        return replace(found, warning=bounds.unknown(filter(None, coming)))
+
+    def _resolved(
+        self, order: Order, bounds: Bounds, dialogue: DialogueState, pick: Pick
+    ) -> Resolution:
+        if order.do == "undo":
+            return self._undo(dialogue.to_undo, bounds)
         if self._bought:
             return Resolution(why="The basket is bought already.")
-        bounds, order = self._bounds(standing), without_percentage(order)
         match order.do:
             case "add" | "set":
-                return self._add(order, bounds, standing)
+                return self._add(order, bounds, dialogue)
             case "remove":
                 return self._remove(order, pick)
             case "swap":
-                return self._swap(order, bounds, standing, pick)
+                return self._swap(order, bounds, dialogue, pick)
             case "clear":
                 return Resolution(tuple(self._out(self._contents())), self._if_empty())
             case "buy":
-                buys = (Action("buy basket"),) if self._basket else ()
+                buys = (Action("buy basket", irreversible=True),) if self._basket else ()
                 nothing = "There is nothing to buy: the basket is empty."
                 return Resolution(buys, "" if buys else nothing)
             case "budget":
                 return Resolution(why=self._unset(order) or self._over(bounds))
             case "avoid" | "only":
-                return self._bind(order, bounds, standing)
+                return self._bind(order, bounds, dialogue)
             case _:
                 return Resolution()
 
-    def lasting(self, action: Action) -> bool:
-        """Whether the action is the purchase."""
-        return action.name == "buy basket"
-
-    def undo(self, results: Sequence[StepResult], standing: DialogueState) -> Resolution:
+    def _undo(self, results: Sequence[StepResult], bounds: Bounds) -> Resolution:
         """What takes out what `results` put in, and puts back what they took out.
 
         What is ruled out stays out.
@@ -186,24 +201,29 @@ class GroceryShop(Environment):
             sign = {"add item": -1, "remove item": 1}.get(result.action.name, 0)
             name = result.action.target
             moved[name] = moved.get(name, 0) + sign * result.action.quantity
-        bounds = self._bounds(standing)
         items = [item for name in moved if (item := self.catalogue.get(name))]
         out = [item for item in items if moved[item.name] > 0 and not bounds.permits(item)]
         told = [f"{item.name} stays out: {bounds.against(item)}." for item in out]
         moved |= {item.name: 0 for item in out}
         held = self._basket
         steps = [_change(name, max(n, -held.get(name, 0))) for name, n in moved.items() if n]
-        return Resolution(tuple(step for step in steps if step.quantity), " ".join(told))
+        actions = tuple(step for step in steps if step.quantity)
+        nothing = "" if actions else "Nothing in the basket has to change for that."
+        return Resolution(actions, " ".join(told) or nothing)
 
-    def answer(self, order: Order, standing: DialogueState, pick: Pick) -> str:
+    def answer(self, order: Order, dialogue: DialogueState, pick: Pick, said: str) -> str:
         """The facts about a thing, such as its price and labels; by default, about the basket."""
-        bounds = self._bounds(standing)
+        bounds = self._bounds(dialogue)
         about = " ".join(word for word in singulars(order.what) if word not in _WHOLE)
         if self._basket and (diet := diet_named(about)):
             return bounds.told(diet, (item for item, _ in self._contents()))
         if about:
-            return self._choice.facts(order.what, self._basket, bounds)
-        told = [self.status()]
+            others = (
+                n for n in self._choice.mentions(said)[:_MENTIONS] if not names(order.what, n)
+            )
+            facts = [self._choice.facts(n, self._basket, bounds) for n in (order.what, *others)]
+            return "\n".join(facts)
+        told = [self._status()]
         if bounds.budget is not None:
             named, left = self.catalogue.money(bounds.budget), bounds.budget - self.total
             money = self.catalogue.money(abs(left))
@@ -220,16 +240,6 @@ class GroceryShop(Environment):
             told.append(f"You want no {', no '.join(bounds.refused)}.")
         told.append(bounds.unknown(item for item, _ in self._contents()))
         return "\n".join(filter(None, told))
-
-    def caution(self, results: Sequence[StepResult], standing: DialogueState) -> str:
-        """See `Environment.caution`: what came and is not known to fit the diets."""
-        came = dict.fromkeys(each.action.target for each in results if each.ok)
-        items = (item for item, _ in self._contents() if item.name in came)
-        return self._bounds(standing).unknown(items)
-
-    def mentions(self, text: str) -> list[str]:
-        """See `Environment.mentions`."""
-        return self._choice.mentions(text)
 
     def step(self, action: Action) -> StepResult:
         """Take one action. An impossible one changes nothing and says why."""
@@ -253,18 +263,18 @@ class GroceryShop(Environment):
                     f"There is no action {action.name!r}; there are {', '.join(NAMES)}.",
                 )
 
-    def checks_met(self, profile: Profile) -> list[bool]:
-        """Whether the basket meets each of the profile's checks; an empty basket meets none."""
-        return checks_met(profile.checks, self._contents(), bought=self._bought)
+    def checks_met(self, profile: Profile) -> Checks:
+        """The score of the basket; an empty basket meets no check.
 
-    def unwanted(self, profile: Profile) -> list[str]:
-        """Items in the basket that no `must_have` of the profile asks for, and none is welcome."""
-        return unwanted(profile, self._contents())
+        Unwanted are the items that no `must_have` of the profile asks for, if none is welcome.
+        """
+        met = checks_met(profile.checks, self._contents(), bought=self._bought)
+        return Checks(tuple(met), tuple(unwanted(profile, self._contents())))
 
-    def _bounds(self, standing: DialogueState) -> Bounds:
+    def _bounds(self, dialogue: DialogueState) -> Bounds:
         """What binds the basket; a budget in another currency than the shop's does not."""
-        bounds = self._choice.bounds(standing)
-        unset = standing.budget and self._unset(standing.budget)
+        bounds = self._choice.bounds(dialogue)
+        unset = dialogue.budget and self._unset(dialogue.budget)
         return replace(bounds, budget=None) if unset else bounds
 
     def _unset(self, budget: Order) -> str:
@@ -279,7 +289,7 @@ class GroceryShop(Environment):
             f"limit. Please say the most that it may cost in {shown}."
         )
 
-    def _add(self, order: Order, bounds: Bounds, standing: DialogueState) -> Resolution:
+    def _add(self, order: Order, bounds: Bounds, dialogue: DialogueState) -> Resolution:
         """More of a thing, or exactly so many of it; a guess counts towards what is asked for."""
         asked, item = order, self._choice.meant(order.what, bounds, self._basket)
         if item is None and order.quantity is None:
@@ -292,7 +302,7 @@ class GroceryShop(Environment):
             return Resolution(why=note)
         if asked.quantity is None and held:
             number = 0
-        elif order.do == "set" or self._is_guess(item, order, bounds, standing):
+        elif order.do == "set" or self._is_guess(item, order, bounds, dialogue):
             number -= held
         room = min(number, MOST - held)
         over = "" if room == number else f"The basket may hold {MOST} of {item.name}."
@@ -302,9 +312,9 @@ class GroceryShop(Environment):
         told = (over or note, "" if over else self._over(bounds, price))
         return Resolution((_change(item.name, room),) if room else (), " ".join(filter(None, told)))
 
-    def _is_guess(self, item: Item, order: Order, bounds: Bounds, standing: DialogueState) -> bool:
+    def _is_guess(self, item: Item, order: Order, bounds: Bounds, dialogue: DialogueState) -> bool:
         """Whether nobody has asked for an item before this order."""
-        before = [*map(without_percentage, standing.asked)]
+        before = [*map(without_percentage, dialogue.asked)]
         if order in before:
             before.remove(order)
         wanted = _wanted(before)
@@ -327,7 +337,7 @@ class GroceryShop(Environment):
         return Resolution(out, "" if number else note)
 
     def _swap(
-        self, order: Order, bounds: Bounds, standing: DialogueState, pick: Pick
+        self, order: Order, bounds: Bounds, dialogue: DialogueState, pick: Pick
     ) -> Resolution:
         """One thing for as many of another; where there is no such thing, the other comes."""
         coming = replace(order, unit="", **self._choice.counted(order.for_))
@@ -343,7 +353,7 @@ class GroceryShop(Environment):
         number, note = packages(order, item) if not old else (count, "")
         if coming.what != order.for_:
             number, note = packages(coming, item)
-        if self._is_guess(item, order, bounds, standing):
+        if self._is_guess(item, order, bounds, dialogue):
             number = max(number - held, 0)
         number = min(number, MOST - held)
         if held == MOST:
@@ -353,12 +363,12 @@ class GroceryShop(Environment):
         told = " ".join(filter(None, (missed, note)))
         return Resolution(tuple(each for each in moved if each.quantity), told)
 
-    def _bind(self, order: Order, bounds: Bounds, standing: DialogueState) -> Resolution:
+    def _bind(self, order: Order, bounds: Bounds, dialogue: DialogueState) -> Resolution:
         """What a limit takes out of the basket; what names and labels cannot tell is said.
 
         What only some people must not have stays where it was asked for, and a guess goes.
         """
-        wanted = _wanted(standing.asked)
+        wanted = _wanted(dialogue.asked)
 
         def stays(item: Item) -> bool:
             ordered = any(
@@ -447,7 +457,7 @@ class GroceryShop(Environment):
             return StepResult(action, False, "The basket is empty; add something first.")
         self._bought = True
         total = self.catalogue.money(self.total)
-        told = f"The basket is now purchased for {total}.\n{self.status()}"
+        told = f"The basket is now purchased for {total}.\n{self._status()}"
         return StepResult(action, True, told, terminated=True, irreversible=True)
 
 

@@ -5,13 +5,15 @@ from __future__ import annotations
 import hashlib
 import json
 import math
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
+from dataclasses import replace
+from types import TracebackType
 from typing import Any
 
 import numpy as np
 
 from goalscope.base.types import Action, GoalscopeError, InvalidInputError, Profile, StepResult
-from goalscope.envs import Environment, Pick, Resolution
+from goalscope.envs import Checks, Pick, Proactive, Resolution, State
 from goalscope.envs.house.actions import (
     FILLS,
     IRREVERSIBLE,
@@ -32,7 +34,7 @@ from goalscope.envs.house.view import View, readable, the
 from goalscope.envs.scenarios import Scenario, shipped_scenarios
 from goalscope.language.dialogue_state import DialogueState
 from goalscope.language.matcher import Matcher
-from goalscope.language.orders import Order, Verb, orders_from_text, read_examples
+from goalscope.language.orders import Order, Verb, orders_from_text, with_examples
 from goalscope.models.embedding import embedded
 
 __all__ = ["HomeRobot"]
@@ -51,7 +53,7 @@ _USABLE = ("pickupable", "toggleable", "canFillWithLiquid", "dirtyable")
 """Affordances of what may serve a goal."""
 
 
-class HomeRobot(Environment):
+class HomeRobot(Proactive):
     """A robot in a home.
 
     Orders use `verbs`.
@@ -72,7 +74,6 @@ class HomeRobot(Environment):
         "The agent is a robot in a home. Its task is to interact with the objects there "
         "to accomplish the human's preferences."
     )
-    completion_phrase = "Task completed"
     verbs = (
         Verb("put", "bring or move a thing to a place", ("what", "quantity", "for", "where")),
         Verb("pick up", "take a thing in the hand", _THING),
@@ -89,19 +90,19 @@ class HomeRobot(Environment):
         Verb("break", "break it", _THING, irreversible=True),
         Verb("push", "push it", _THING),
         Verb("pull", "pull it", _THING),
-        Verb("finish", "the task is done", (), ends=True),
+        Verb("finish", "the task is done", (), ends=True, phrase="Task completed"),
     )
-    examples = read_examples("goalscope.envs.house")
     agreed = 0.3
 
     def __init__(self, controller: Controller, *, notes: Sequence[str] = ()) -> None:
         self._primitives = Primitives(controller)
+        self.verbs = with_examples(type(self).verbs, "goalscope.envs.house")
         self.notes = tuple(notes)
         self._start = self._view = View(self.metadata)
         self._done: list[tuple[Action, View]] = []
         self._undoing: list[Action] = []
         self._spots: dict[str, list[tuple[list[float], str]]] = {}
-        self.fingerprint()
+        self._fingerprint()
 
     @property
     def metadata(self) -> dict[str, Any]:
@@ -120,11 +121,16 @@ class HomeRobot(Environment):
         """What each object is called, by its id."""
         return dict(self._view.names)
 
-    def close(self) -> None:
+    def __exit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        trace: TracebackType | None,
+    ) -> None:
         """Stop the simulator."""
         self._primitives.controller.stop()
 
-    def fingerprint(self) -> str:
+    def _fingerprint(self) -> str:
         """A hash of every object's state and place.
 
         Places nearer than 1 cm to one where the object has been count as that one; what the robot
@@ -150,8 +156,11 @@ class HomeRobot(Environment):
         known.append((here, name))
         return name
 
-    def status(self) -> str:
+    def state(self) -> State:
         """The object in the hand, and all changes since the start, one object per line."""
+        return State(self._status(), self._fingerprint())
+
+    def _status(self) -> str:
         held = self._view.held
         hand = f"The robot's hand {f'holds {the(self._view.names[held])}' if held else 'is empty'}."
         changes = [text for _, text in self._view.changes(self._start.table)]
@@ -162,11 +171,16 @@ class HomeRobot(Environment):
             lines.append(f"- and {len(changes) - _SHOWN} more")
         return "\n".join(lines)
 
-    def resolve(self, order: Order, standing: DialogueState, pick: Pick) -> Resolution:
+    def resolve(self, order: Order, dialogue: DialogueState, pick: Pick) -> Resolution:
         """See `Environment.resolve`; limits need no action, because they bind later ones."""
-        view, done = self._view, [action for action, _ in self._done]
-        finder, untouched = Finder(view, pick), bound(view, standing)
-        return Resolver(view, self._start, finder, done, untouched, standing.asked).resolve(order)
+        if order.do == "undo":
+            found = self._undo(dialogue)
+        else:
+            view, done = self._view, [action for action, _ in self._done]
+            finder, untouched = Finder(view, pick), bound(view, dialogue)
+            resolver = Resolver(view, self._start, finder, done, untouched, dialogue.asked)
+            found = resolver.resolve(order)
+        return replace(found, actions=tuple(self._marked(found.actions)))
 
     def lasting(self, action: Action) -> bool:
         """Whether the action slices, breaks, uses up or cooks something.
@@ -174,6 +188,13 @@ class HomeRobot(Environment):
         What is put on a lit burner, or in a microwave that is then turned on, is cooked, too.
         """
         return action.name in IRREVERSIBLE or bool(cooks(self._view, action))
+
+    def _marked(self, actions: Iterable[Action]) -> list[Action]:
+        """The actions; those that nobody can undo say so."""
+        return [
+            replace(action, irreversible=True) if self.lasting(action) else action
+            for action in actions
+        ]
 
     def offers(self, text: str, limit: int) -> list[str]:
         """Generic names such as "egg" of what can be moved or switched here, nearest first."""
@@ -185,29 +206,29 @@ class HomeRobot(Environment):
             names = [names[i] for i in nearest]
         return names[:limit]
 
-    def actions(self, name: str, standing: DialogueState) -> list[Action]:
+    def actions(self, name: str, dialogue: DialogueState) -> list[Action]:
         """What can be done with the objects of a name or generic name.
 
         For each object: a put into or onto each kind of receptacle that is viable for it, and what
         its affordances allow. What the person ruled out is not offered, nor what only they ask for,
         nor anything with a thing that they have ordered something for.
         """
-        view, untouched = self._view, bound(self._view, standing)
-        taken = untouched | asked_about(view, standing)
-        return [
+        view, untouched = self._view, bound(self._view, dialogue)
+        taken = untouched | asked_about(view, dialogue)
+        return self._marked(
             action
             for own, thing in view.table.items()
             if name in (view.names[own], readable(thing["objectType"])) and is_whole(thing)
             if own not in taken
             for action in possible(view, own)
             if view.id(action.destination) not in untouched
-        ]
+        )
 
     def phrase(self, action: Action) -> str:
         """The action in words, with generic names: "put the egg in the fridge"."""
         return self._view.phrase(action)
 
-    def serving(self, need: str, standing: DialogueState) -> list[Action]:
+    def serving(self, need: str, dialogue: DialogueState) -> list[Action]:
         """What does an order such as "put mug | where coffee machine", of generic names.
 
         Nothing that touches what the person ruled out, or has ordered something for, and nothing
@@ -218,39 +239,41 @@ class HomeRobot(Environment):
         except InvalidInputError:
             return []
         view = self._view
-        taken = bound(view, standing) | asked_about(view, standing)
+        taken = bound(view, dialogue) | asked_about(view, dialogue)
         found: list[Action] = []
         for order in orders:
             if any(verb.name == order.do for verb in self.verbs):
-                found += self.resolve(order, standing, _EXACTLY).actions
+                found += self.resolve(order, dialogue, _EXACTLY).actions
         touched = {view.id(name) for each in found for name in (each.target, each.destination)}
         if touched & taken or any(starts(view, each) for each in found):
             return []
         return found
 
     def like(self, text: str, most: int) -> list[Scenario]:
-        """See `Environment.like`."""
+        """See `Proactive.like`."""
         return shipped_scenarios("house")(text, most)
 
     def here(self) -> str:
         """The kinds of things in the room."""
         return ", ".join(sorted({readable(each["objectType"]) for each in self._view.objects}))
 
-    def undo(self, results: Sequence[StepResult], standing: DialogueState) -> Resolution:
-        """What brings back what `results` changed; what is ruled out stays as it is.
+    def _undo(self, dialogue: DialogueState) -> Resolution:
+        """What brings back what was changed; what is ruled out stays as it is.
 
-        Afterwards `results` count as never done, and so do the actions, once they are taken.
+        Afterwards the results count as never done, and so do the actions, once they are taken.
         """
-        actions = [each.action for each in results if each.ok and not each.terminated]
+        actions = [each.action for each in dialogue.to_undo if each.ok and not each.terminated]
         first = self._place_of(actions)
         if not actions or first < 0:
-            return Resolution(why="I do not know how to undo that." if actions else "")
+            return Resolution(why="I do not know how to undo that.")
         end = first + len(actions)
         states = [*(before for _, before in self._done), self._view]
         was, then = states[first].table, states[end].table
         del self._done[first:end]
-        found = undoing(self._view, was, then, actions, bound(self._view, standing))
+        found = undoing(self._view, was, then, actions, bound(self._view, dialogue))
         self._undoing = list(found.actions)
+        if not (found.actions or found.why):
+            return Resolution(why="Everything is as it was before that.")
         return found
 
     def _place_of(self, actions: Sequence[Action]) -> int:
@@ -270,13 +293,13 @@ class HomeRobot(Environment):
         own, place = self._view.id(action.target), self._view.id(action.destination)
         if problem := _problem(action, own, place):
             return StepResult(action, False, problem)
-        before, mark = self.fingerprint(), self._primitives.mark()
+        before, mark = self._fingerprint(), self._primitives.mark()
         try:
             self._do(action, own, place)
         except Refusal as refusal:
             self._primitives.back_to(mark)
             self._view = View(self.metadata, self._view.names)
-            if self.fingerprint() != before:
+            if self._fingerprint() != before:
                 raise GoalscopeError(
                     f"{action} failed ({refusal}), and what it began could not be taken back: the "
                     "house is not as it was. The robot stops; look at the house, and start anew."
@@ -294,24 +317,22 @@ class HomeRobot(Environment):
             return StepResult(action, True, f"{told}; this cannot be undone.", irreversible=True)
         return StepResult(action, True, f"{told}.")
 
-    def answer(self, order: Order, standing: DialogueState, pick: Pick) -> str:
+    def answer(self, order: Order, dialogue: DialogueState, pick: Pick, said: str) -> str:
         """Where the things asked about are, and in what state; without a name, the status."""
         if not (order.what or order.where):
-            return self.status()
+            return self._status()
         return facts_of(Finder(self._view, pick), order.what, order.where)
 
-    def checks_met(self, profile: Profile) -> list[bool]:
-        """Whether each of the profile's goal conditions holds; none before anything has changed."""
-        met = checks_met(profile.checks, self._view.objects)
-        return [any(self._view.changes(self._start.table)) and each for each in met]
+    def checks_met(self, profile: Profile) -> Checks:
+        """Whether each of the profile's goal conditions holds; none before anything has changed.
 
-    def unwanted(self, profile: Profile) -> list[str]:
-        """Names of what has changed, of types that the profile names nowhere."""
-        changed = (own for own, _ in self._view.changes(self._start.table))
-        kinds = types_in(profile)
-        return [
-            self.names[own] for own in changed if self._view.table[own]["objectType"] not in kinds
-        ]
+        Unwanted is what has changed, of types that the profile names nowhere.
+        """
+        changed = [own for own, _ in self._view.changes(self._start.table)]
+        met = checks_met(profile.checks, self._view.objects)
+        kinds, table = types_in(profile), self._view.table
+        others = [self.names[own] for own in changed if table[own]["objectType"] not in kinds]
+        return Checks(tuple(bool(changed) and each for each in met), tuple(others))
 
     def _named(self, text: str) -> str:
         """The text with the objects' names in place of their ids."""
