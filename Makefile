@@ -1,4 +1,4 @@
-# `make` alone lists what there is. Needs Python 3.11 and make; the tests need a C++ compiler, too.
+# `make` alone lists what there is. Needs Python 3.11 and make.
 
 PYTHON ?= python3
 PROFILE ?= chocolate-cake
@@ -29,7 +29,7 @@ OTHERS := corpus/reading/others/train
 LANGUAGES := --domain grocery --domain house --domain corpus/reading/others/verbs.toml
 RECIPES := $(wildcard $(GOALSCOPE_DATA)/grocery/recipes_dev.jsonl.gz)
 
-.PHONY: help demo demo-web test slow torch servers check package audit docs reliability fuzz pictures recording bench results adapter reader writer lock
+.PHONY: help demo demo-web test test-all slow torch servers check package audit docs reliability fuzz pictures recording bench results adapter reader writer lock
 
 help:
 	@awk -F ':.*## ' '/^[a-z -]+:.*## / {printf "make %-15s%s\n", $$1, $$2}' Makefile
@@ -40,13 +40,17 @@ demo: $(CORE)  ## one grocery episode with a scripted human, on the built-in mod
 demo-web: $(READY)  ## the page, on the built-in model
 	$(BIN)/goalscope serve
 
-test: $(READY)  ## the test suite, but for what takes minutes
+test: $(READY)  ## the tests that need no other programs, in minutes
+	$(BIN)/python -m pytest --numprocesses auto --maxprocesses 4 \
+		-m "not (browser or docs or postgresql or slow or torch)"
+
+test-all: $(READY)  ## all tests but the slow ones, as CI runs them
 	$(BIN)/python -m pytest --numprocesses auto --maxprocesses 4
 
 slow: $(READY)  ## the tests that take minutes each
 	$(BIN)/python -m pytest -m slow
 
-torch: $(READY)  ## the backend that runs models by Transformers, which `make test` then tests too
+torch: $(READY)  ## the backend that runs models by Transformers, which `make test-all` then tests
 	$(BIN)/python -m pip install --quiet "$(TORCH)" --editable ".[torch]"
 
 servers:  ## Debian's programs that some tests need, which are skipped without them; as root
@@ -111,7 +115,6 @@ $(CORE): requirements-core.lock pyproject.toml hatch_build.py
 	$(BIN)/python -m pip install --quiet --no-deps --editable .
 	touch $@
 
-# The first set-up compiles an inference engine, which takes some minutes.
 $(READY): $(CORE) requirements.lock
 	$(BIN)/python -m pip install --quiet --require-hashes --requirement requirements.lock
 	touch $@

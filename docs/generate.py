@@ -27,7 +27,6 @@ ELSEWHERE = {
     "adapter.md": "src/goalscope/models/general/README.md",
     "changelog.md": "CHANGELOG.md",
     "contributing.md": "CONTRIBUTING.md",
-    "log.md": "LOG.md",
     "security.md": "SECURITY.md",
     "speed.md": "benchmarks/results/speed.md",
     "speed.svg": "benchmarks/results/speed.svg",

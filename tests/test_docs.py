@@ -38,7 +38,7 @@ RESULTS = DOCS / "results.md"
 PAGES = [
     ROOT / "README.md",
     ROOT / "CONTRIBUTING.md",
-    *sorted({*DOCS.glob("*.md")} - {RESULTS}),
+    *sorted({*DOCS.glob("*.md")} - {DOCS / "log.md", RESULTS}),
 ]
 ALONE = [page for page in PAGES if not (ROOT / "tests" / f"test_docs_{page.stem}.py").exists()]
 OF_OTHERS = {"--from", "--logits_all"}
@@ -150,6 +150,7 @@ def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     return tmp_path
 
 
+@pytest.mark.docs
 @each_page_alone
 def test_what_a_page_shows_runs_and_prints_what_it_says(
     page: Path, folder: Path, capsys: pytest.CaptureFixture[str]
@@ -247,8 +248,8 @@ def test_the_page_of_the_files_has_a_line_for_each() -> None:
     ("uri", "text", "expected"),
     [
         ("index.md", "[a](docs/fit.md#x) ![b](docs/a.svg)", "[a](fit.md#x) ![b](a.svg)"),
-        ("index.md", "[a](LOG.md) [b](https://host/docs/)", "[a](log.md) [b](https://host/docs/)"),
-        ("fit.md", "[a](../LOG.md) [b](models.md#c)", "[a](log.md) [b](models.md#c)"),
+        ("index.md", "[a](SECURITY.md) [b](https://host/)", "[a](security.md) [b](https://host/)"),
+        ("fit.md", "[a](../CHANGELOG.md) [b](models.md#c)", "[a](changelog.md) [b](models.md#c)"),
         ("results/teach.md", "[a](../results.md)", "[a](../results.md)"),
         ("speed.md", "![a](speed.svg)", "![a](speed.svg)"),
     ],
@@ -372,6 +373,7 @@ def test_links_work_in_the_repository(page: Path) -> None:
         assert (page.parent / link).is_file(), link
 
 
+@pytest.mark.docs
 @pytest.mark.skipif(not find_spec("mkdocs"), reason="mkdocs is not installed")
 def test_the_site_builds_and_asks_other_hosts_for_nothing(tmp_path: Path) -> None:
     build = [sys.executable, "-m", "mkdocs", "build", "--strict", "--site-dir", str(tmp_path)]

@@ -11,6 +11,7 @@ import pytest
 
 from sites import KEY, site
 
+pytestmark = pytest.mark.docs
 ROOT = Path(__file__).parents[1]
 
 

@@ -85,7 +85,7 @@ class Agent:
         propose: See `GoalManager`; "no-inference" always proposes as in the paper.
         likelihood: Evidence of a turn, for "good"; by default the role-play likelihood of `model`.
         calibration: Turns evidence into probabilities; None for `DEFAULT`. (A calibration on given
-            goals is too unsure of goals that the agent proposes itself; see LOG.md.)
+            goals is too unsure of goals that the agent proposes itself; see docs/log.md.)
         toolkit: Proposes, removes, plans and asks; by default that of the model.
         unsure: Margin of an order, in nats, below which the agent asks before it acts.
         progress: Called with what the agent does next, before each part of a round.

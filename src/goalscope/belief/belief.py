@@ -20,7 +20,7 @@ PINNED = 0.99
 """Lowest probability of a goal that the person has just confirmed."""
 
 _CLEARLY = 4
-"""Power that discounts words which speak for a change of mind, but not clearly (LOG.md)."""
+"""Power that discounts words which speak for a change of mind, but not clearly (docs/log.md)."""
 
 _FAINTLY = 0.01
 """Below it nothing speaks for a change of mind: it may be rounding error."""

@@ -33,7 +33,7 @@ class Calibration:
         switching: Probability, before each turn but the first, that the person has changed their
             mind and draws a goal from the prior. It is multiplied by (1 - P(words | belief before)
             / P(words | prior))^4, or by 0 if the words are likelier under the belief before
-            (LOG.md). 0 in the paper; with 1 only the last turn counts.
+            (docs/log.md). 0 in the paper; with 1 only the last turn counts.
         aside: Weight of words that tell no aim and ask for nothing new: a bare yes or no, "undo
             that" (see `goalscope.language.orders.is_aside`). A tracker that reads nothing gives all
             words the weight 1, as the paper does.
@@ -122,4 +122,4 @@ LAST_TURN = Calibration(switching=1.0)
 DEFAULT = Calibration(
     temperature=2.0, reference=1 / 3, prior_unspecified=0.5, switching=0.1, aside=0.0, orders=0.5
 )
-"""For models that were not calibrated (LOG.md)."""
+"""For models that were not calibrated (docs/log.md)."""

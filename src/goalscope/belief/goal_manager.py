@@ -22,7 +22,7 @@ Trigger = float | Literal["paper"]
 """When goals are proposed; see `GoalManager`."""
 
 UNEXPLAINED = 0.5
-"""Probability of Unspecified above which goals are proposed (LOG.md)."""
+"""Probability of Unspecified above which goals are proposed (docs/log.md)."""
 
 IMPROBABLE = 0.05
 """A goal that stays the least likely is removed only up to this probability."""

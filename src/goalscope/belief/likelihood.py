@@ -35,7 +35,7 @@ Layout = Literal["goal-first", "goal-last"]
 """Where the likelihood prompt states the goal; see `RolePlay`."""
 
 DEFAULT_LAYOUT: Layout = "goal-last"
-"""The layout that separated goals better on development dialogues (LOG.md)."""
+"""The layout that separated goals better on development dialogues (docs/log.md)."""
 
 GOAL_TOKENS = 256
 """Tokens that every context reserves for the goal, so that all goals see the same turns."""

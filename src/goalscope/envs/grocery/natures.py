@@ -39,7 +39,7 @@ _AISLE_WEIGHT = 4.0
 """Weight of the category's nearness to usual ones, beside the name."""
 
 _LEAST = 0.6
-"""Evidence above which an item is no food; LOG.md tells how often a food reaches it."""
+"""Evidence above which an item is no food; docs/log.md tells how often a food reaches it."""
 
 _LEAST_ALONE = 0.9
 """The same for an item without a category."""
