@@ -176,7 +176,7 @@ def test_a_resumed_episode_takes_no_options_that_it_would_not_heed(shop, store_f
     with Store.open(store_file) as store:
         (info,) = store.episodes()
     resume = ("chat", "--resume", info.id)
-    for options in (["--seed", 3], ["--method", "good"], ["--end-of-turn"], ["--propose", "paper"]):
+    for options in (["--seed", 3], ["--method", "good"], ["--propose", "paper"]):
         assert f"Leave out {options[0]}," in fails(2, *resume, *options)
     assert "Leave out domain, --seed," in fails(2, "chat", "house", *resume[1:], "--seed", 0)
     assert "--picture does not apply to" in fails(2, *resume, "--picture", "x.svg")
@@ -193,7 +193,6 @@ def test_a_resumed_episode_takes_no_options_that_it_would_not_heed(shop, store_f
         ["--propose", "0.5"],
         ["--calibration", "default"],
         ["--layout", "goal-last"],
-        ["--end-of-turn"],
     ],
 )
 def test_options_of_the_likelihood_are_refused_where_there_is_none(shop, words, method, options):

@@ -113,7 +113,7 @@ def test_dialogues_are_inferred_by_a_likelihood_of_ones_own(tmp_path, words, min
         assert line["log_likelihood"] == lengths
     assert [*lines[0]["settings"]["likelihood"]] == [mine]
     assert "another" in fails(2, "infer", rows, "--out", out).replace("other", "another")
-    assert "only applies to the role-play" in fails(2, *infer, "--end-of-turn")
+    assert "only applies to the role-play" in fails(2, *infer, "--layout", "goal-first")
     transposed = fails(
         2, "infer", rows, "--out", tmp_path / "o", "--likelihood", f"{mine[:-4]}Transposed"
     )

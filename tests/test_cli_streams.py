@@ -5,41 +5,23 @@ from __future__ import annotations
 import os
 import subprocess
 import sys
-from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
 import pytest
-import typer.main
 
+from commands import ROW, fails, rows_file, run
 from goalscope.base import user_dirs as places
 from goalscope.base.types import GoalscopeError
-from goalscope.cli.main import app
+from goalscope.cli.main import _at_home
 from goalscope.models.llama.tune import tuned
 from goalscope.storage.opening import opened
-from test_cli import MAIN, ROW, fails, invoke, rows_file
-from test_run import NamedModel
 
 SOURCE = str(Path(__file__).parents[1] / "src")
 needs_linux = pytest.mark.skipif(sys.platform != "linux", reason="/dev/full is Linux's")
 
 
-def commands(found: Any, *words: str) -> Iterator[list[str]]:
-    """All commands and groups of commands."""
-    yield [*words]
-    for name, each in getattr(found, "commands", {}).items():
-        yield from commands(each, *words, name)
-
-
-COMMANDS = [*commands(typer.main.get_command(app))]
-SHOWING = [
-    ["--version"],
-    ["episodes"],
-    ["episodes", "--json"],
-    ["data", "list"],
-    ["study", "example"],
-]
-SHOWING += [["house", "scenes"], ["house", "scenes", "--json"], ["house", "show", "Kitchen1"]]
+MAIN = [sys.executable, "-c", "from goalscope.cli.main import main; main()"]
 
 
 def ran(
@@ -59,11 +41,10 @@ def ran(
 
 
 @needs_linux
-@pytest.mark.parametrize("words", SHOWING, ids=" ".join)
+@pytest.mark.parametrize("words", [["data", "list"], ["chat", "--help"]], ids=" ".join)
 def test_a_full_disk_behind_standard_output_is_said_in_one_line(
     tmp_path: Path, words: list[str]
 ) -> None:
-    opened(tmp_path / "e.db")[1].dispose()
     with Path("/dev/full").open("w") as full:
         result = ran(tmp_path, *words, stdout=full)
     assert result.stderr == (
@@ -81,26 +62,12 @@ def test_without_a_buffer_a_full_disk_is_one_line_too(tmp_path: Path) -> None:
     assert (result.returncode, result.stderr.count("\n")) == (1, 1)
 
 
-@needs_linux
-def test_a_help_text_that_finds_no_room_is_one_line(tmp_path: Path) -> None:
-    assert len(COMMANDS) > 30
-    for words in COMMANDS[:: len(COMMANDS) // 6]:
-        with Path("/dev/full").open("w") as full:
-            result = ran(tmp_path, *words, "--help", stdout=full)
-        assert result.returncode == 1
-        (line,) = result.stderr.splitlines()
-        assert line.startswith("Error: Cannot write to standard output")
-
-
-@pytest.mark.parametrize("words", SHOWING, ids=" ".join)
-def test_a_reader_who_has_enough_is_told_nothing(tmp_path: Path, words: list[str]) -> None:
-    opened(tmp_path / "e.db")[1].dispose()
+def test_a_reader_who_has_enough_is_told_nothing(tmp_path: Path) -> None:
     reads, writes = os.pipe()
     os.close(reads)
-    result = ran(tmp_path, *words, stdout=writes)
+    result = ran(tmp_path, "data", "list", stdout=writes)
     os.close(writes)
-    assert result.stderr == ""
-    assert result.returncode == 1
+    assert (result.returncode, result.stderr) == (1, "")
 
 
 @pytest.mark.skipif(os.name != "posix", reason="needs a shell")
@@ -117,10 +84,9 @@ def test_closed_streams_are_said_and_nothing_takes_their_place(tmp_path: Path) -
     assert result.stderr == (
         "Error: Standard output is closed. Send it to a file, or to /dev/null.\n"
     )
-    for closing in ("<&-", "2>&-", "<&- 2>&-"):
-        result = shell(closing)
-        assert (result.returncode, result.stderr) == (0, "")
-        assert "episode" in result.stdout
+    result = shell("<&- 2>&-")
+    assert (result.returncode, result.stderr) == (0, "")
+    assert "episode" in result.stdout
 
 
 LONG = "x" * 300
@@ -137,7 +103,6 @@ PATHS = [
     ("run", "--profiles", "@"),
     ("infer", "@", "--out", "o.jsonl"),
     ("infer", "ROWS", "--out", "@", "--model", "http://localhost:1/v1#m"),
-    ("infer", "ROWS", "--out", "o.jsonl", "--calls", "@"),
     ("infer", "ROWS", "--out", "o.jsonl", "--calibration", "@"),
     ("infer", "ROWS", "--out", "o.jsonl", "--model", "@"),
     ("infer", "ROWS", "--out", "o.jsonl", "--adapter", "@"),
@@ -158,34 +123,25 @@ PATHS = [
 ]
 
 
-@pytest.mark.parametrize("words", PATHS, ids=" ".join)
-@pytest.mark.parametrize("kind", ["long", "deep", "beneath a file"])
+@pytest.mark.parametrize(
+    ("kind", "words"),
+    [
+        *(("long", words) for words in PATHS),
+        *((kind, words) for kind in ("deep", "beneath a file") for words in PATHS[::5]),
+    ],
+)
 def test_a_path_that_cannot_be_is_one_line(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, words: tuple[str, ...], kind: str, model: Any
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, kind: str, words: tuple[str, ...]
 ) -> None:
     pytest.importorskip("mcp")
     monkeypatch.chdir(tmp_path)
-    monkeypatch.setattr("goalscope.cli.terminal.measuring", measuring)
     rows = rows_file(tmp_path, ROW)
     path = {"long": LONG, "deep": "a/" * 2500 + "b", "beneath a file": f"{rows}/x"}[kind]
     given = [{"@": path, "ROWS": str(rows)}.get(each, each) for each in words]
-    result = invoke(*given)
+    result = run(*given)
     assert result.exit_code in (1, 2), result.output
-    assert "Traceback" not in result.output
-    assert isinstance(result.exception, SystemExit)
     (line,) = [each for each in result.stderr.splitlines() if each]
     assert line.startswith("Error: ")
-
-
-class measuring:
-    """No progress bar."""
-
-    def __init__(self, _: str) -> None: ...
-
-    def __enter__(self) -> Any:
-        return lambda *_: None
-
-    def __exit__(self, *_: object) -> None: ...
 
 
 def test_a_store_that_is_a_folder_is_said_so(tmp_path: Path) -> None:
@@ -199,10 +155,7 @@ def test_a_new_store_says_why_it_cannot_be(tmp_path: Path) -> None:
 
 
 @needs_linux
-def test_beliefs_on_a_full_disk_are_one_line(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.setattr("goalscope.models.opening.open_model", lambda *_, **__: NamedModel())
+def test_beliefs_on_a_full_disk_are_one_line(tmp_path: Path, words: object) -> None:
     rows = rows_file(tmp_path, ROW)
     line = fails(1, "infer", rows, "--out", "/dev/full")
     assert "Cannot write /dev/full: No space left on device" in line
@@ -223,9 +176,8 @@ for name in ("HOME", "GOALSCOPE_STORE", "XDG_DATA_HOME", "XDG_CACHE_HOME"):
         "Error: There is no home folder to keep the episodes in: HOME is not set. Set it, or name "
         "a file with --store.\n"
     )
-    for words in (["--version"], ["house", "scenes"], ["models", "list"], ["data", "list"]):
-        result = ran(tmp_path, *words, code=unknown)
-        assert (result.returncode, result.stderr) == (0, "")
+    result = ran(tmp_path, "models", "list", code=unknown)
+    assert (result.returncode, result.stderr) == (0, "")
 
 
 def test_who_has_no_home_keeps_nothing_and_runs_all_the_same(
@@ -245,8 +197,9 @@ def test_who_has_no_home_keeps_nothing_and_runs_all_the_same(
         opened(places.user_data() / "episodes.db")
 
 
-@pytest.mark.parametrize("words", [["~/rows.jsonl", "--out", "o.jsonl"], ["x", "--out=~/no/o"]])
-def test_the_home_folder_is_found_without_a_shell(tmp_path: Path, words: list[str]) -> None:
-    said = ran(tmp_path, "infer", *words).stderr
-    assert f"{tmp_path}/" in said
-    assert "~" not in said
+@pytest.mark.parametrize("given", ["~/rows.jsonl", "--out=~/rows.jsonl"])
+def test_the_home_folder_is_found_without_a_shell(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, given: str
+) -> None:
+    monkeypatch.setenv("HOME", str(tmp_path))
+    assert _at_home(given) == given.replace("~", str(tmp_path))

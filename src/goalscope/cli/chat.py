@@ -13,12 +13,30 @@ import typer
 
 from goalscope.base.types import Goal, GoalscopeError, InvalidInputError, checked_text, pluralize
 from goalscope.cli.options import (
-    Calls,
-    EpisodeOptions,
+    Adapter,
+    CalibrationName,
+    Catalogue,
+    Columns,
+    Domain,
     Json,
+    Layout,
+    Likeliest,
+    Method,
+    Model,
+    OwnLikelihood,
+    Picture,
+    Prompted,
+    Propose,
+    Scene,
+    Scorer,
+    Seed,
+    Simulator,
     StoreFile,
+    Tokenizer,
+    Unity,
+    Writer,
     check_picture,
-    expand_options,
+    episode_settings,
 )
 from goalscope.cli.terminal import console, measured_meanwhile, settings_model, spinner
 
@@ -34,8 +52,6 @@ if TYPE_CHECKING:
     from goalscope.envs import Environment
     from goalscope.storage.session import Session
     from goalscope.storage.store import EpisodeInfo
-
-__all__ = ["chat", "correct", "run"]
 
 HELP = """\
 /goals               list the goals with their numbers
@@ -55,14 +71,31 @@ LEAVING = """
 quit                 leave; the episode can be resumed"""
 
 
-@expand_options
 def chat(
     context: typer.Context,
-    *,
+    domain: Domain = "grocery",
     resume: Annotated[
         str | None, typer.Option(metavar="ID", help="Resume the episode with this id.")
     ] = None,
-    given: EpisodeOptions,
+    model: Model = None,
+    generator: Writer = None,
+    scorer: Scorer = None,
+    tokenizer: Tokenizer = None,
+    adapter: Adapter = None,
+    method: Method = "good",
+    catalogue: Catalogue = None,
+    columns: Columns = None,
+    scene: Scene = None,
+    simulator: Simulator = "house",
+    unity: Unity = None,
+    picture: Picture = None,
+    likelihood: OwnLikelihood = None,
+    layout: Layout = None,
+    calibration: CalibrationName = None,
+    propose: Propose = None,
+    k: Likeliest = None,
+    prompted: Prompted = None,
+    seed: Seed = 0,
     rounds: Annotated[
         int | None, typer.Option(min=1, help="Maximum number of rounds.  [default: 100]")
     ] = None,
@@ -102,10 +135,10 @@ def chat(
         info = episodes.episode(resume) if resume else None
         if info:
             _refuse_other_options(context, info)
-            check_picture(given.picture, info.domain)
+            check_picture(picture, info.domain)
             settings = saved_settings(info, rounds=rounds)
         else:
-            settings = given.settings(rounds=rounds or Settings().rounds)
+            settings = episode_settings(context, rounds=rounds or Settings().rounds)
         profile = info.profile if info else None
         person = profile_named(settings, profile) if profile else None
         with (
@@ -138,7 +171,7 @@ def chat(
                 before = round.belief
             if session.corrections:
                 show_belief(out, session.belief, before)
-            draw = _drawing(env, given.picture)
+            draw = _drawing(env, picture)
             try:
                 with _resumable(session), busy:
                     for round in session.run():
@@ -152,9 +185,9 @@ def chat(
                 out.print(more_rounds(session.info, settings.rounds), soft_wrap=True)
 
 
-@expand_options
 def run(
-    *,
+    context: typer.Context,
+    domain: Domain = "grocery",
     profile: Annotated[
         str | None, typer.Option(metavar="NAME|all", help="The person to simulate.")
     ] = None,
@@ -163,9 +196,26 @@ def run(
         typer.Option(help="Fixed replies, or replies by a model, optionally with a habit."),
     ] = "scripted",
     profiles: Annotated[Path | None, typer.Option(help="TOML file with your own people.")] = None,
-    given: EpisodeOptions,
+    model: Model = None,
+    generator: Writer = None,
+    scorer: Scorer = None,
+    tokenizer: Tokenizer = None,
+    adapter: Adapter = None,
+    method: Method = "good",
+    catalogue: Catalogue = None,
+    columns: Columns = None,
+    scene: Scene = None,
+    simulator: Simulator = "house",
+    unity: Unity = None,
+    picture: Picture = None,
+    likelihood: OwnLikelihood = None,
+    layout: Layout = None,
+    calibration: CalibrationName = None,
+    propose: Propose = None,
+    k: Likeliest = None,
+    prompted: Prompted = None,
+    seed: Seed = 0,
     rounds: Annotated[int, typer.Option(min=1, help="Most rounds.")] = 20,
-    calls: Calls = None,
     store: StoreFile = None,
     as_json: Json = False,
 ) -> None:
@@ -176,13 +226,12 @@ def run(
     from goalscope.storage.session import Session
     from goalscope.storage.store import Store
 
-    file = str(profiles.absolute()) if profiles else None
-    settings = given.settings(human=human, profiles=file, rounds=rounds)
+    people_file = str(profiles.absolute()) if profiles else None
+    settings = episode_settings(context, human=human, profiles=people_file, rounds=rounds)
     everyone = profiles_of(settings)
     if not everyone:
         raise InvalidInputError(
-            f"The domain {given.domain} has nobody to simulate: its load_profiles returns no "
-            "profiles."
+            f"The domain {domain} has nobody to simulate: its load_profiles returns no profiles."
         )
     if not profile:
         names = ", ".join(person.name for person in everyone)
@@ -191,15 +240,15 @@ def run(
     has_many = len(people) > 1
     scored: list[Scored] = []
     try:
-        with Store.open(store) as episodes, settings_model(settings, calls) as engine:
+        with Store.open(store) as episodes, settings_model(settings) as engine:
             for person in people:
                 forget(engine)  # so that each scores as it does alone
-                picture = given.picture
-                if picture and has_many:
-                    picture = picture.with_stem(f"{picture.stem}-{person.name}")
+                file = picture
+                if file and has_many:
+                    file = file.with_stem(f"{file.stem}-{person.name}")
                 with _environment(settings, person) as env:
                     session = Session(episodes, settings, env, engine, profile=person.name)
-                    draw = _drawing(env, picture)
+                    draw = _drawing(env, file)
                     scored.append(_run_one(session, draw, quiet=as_json, brief=has_many))
                 if as_json and has_many:
                     typer.echo(f"{len(scored)} of {len(people)}: {person.name}", err=True)

@@ -15,78 +15,21 @@ from rich.text import Text
 
 from goalscope.base.text import domain_shown, model_shown, terminal_safe
 from goalscope.base.types import TRACKING, UNSPECIFIED, Goal
+from goalscope.language.orders import order_in_words
 
 if TYPE_CHECKING:
     from goalscope.agent.round import Round
     from goalscope.belief.belief import Belief
     from goalscope.belief.explain import Reason
-    from goalscope.language.orders import Order
     from goalscope.storage.store import EpisodeInfo
 
     Scored = tuple[EpisodeInfo, Sequence[str] | None]
     """An episode, and what is unwanted in its result, where the profile says what is welcome."""
 
-__all__ = [
-    "order_in_words",
-    "show_belief",
-    "show_checks",
-    "show_done",
-    "show_episodes",
-    "show_header",
-    "show_reasons",
-    "show_round",
-    "show_scores",
-    "show_summary",
-    "show_understood",
-    "show_unwanted",
-]
-
 BAR = 20
 SHOWN = 8
 LEAST_CHANGE = 0.01  # chance of a change of mind
 FIRST_WORDS = 22  # cells that they get before other columns
-
-ACTS = {
-    "avoid": "nothing with {what}",
-    "only": "only what is {what}",
-    "budget": "spend at most {amount}",
-    "undo": "undo the last change",
-    "ask": "a question",
-    "aim": "an aim",
-    "none": "nothing to act on",
-}
-"""Orders in words by their dialogue act, where the generic form reads badly."""
-
-HANDLING = {
-    "put", "pick up", "open", "close", "turn on", "turn off", "fill", "empty", "slice", "cook",
-    "clean", "break", "push", "pull", "leave",
-}  # fmt: skip
-"""Verbs for things that are there, which take an article."""
-
-DETERMINED = {
-    "a", "all", "an", "another", "any", "both", "each", "every", "everything", "first", "her",
-    "his", "it", "its", "last", "me", "my", "one", "our", "some", "that", "the", "their",
-    "them", "these", "this", "those", "us", "your",
-}  # fmt: skip
-"""First words of a name that takes no article."""
-
-PEOPLE = ("me", "him", "her", "us", "them")
-
-SURFACES = {
-    "armchair", "balcony", "bed", "bench", "chair", "counter", "couch", "countertop", "desk",
-    "dresser", "floor", "hanger", "holder", "ledge", "mat", "nightstand", "patio", "plate",
-    "rack", "radiator", "saucer", "shelf", "sofa", "stand", "stool", "stove", "table", "tray",
-    "wall", "windowsill", "worktop",
-}  # fmt: skip
-"""Places on which things are put; others are taken for places in which they are."""
-
-PLACED = {
-    "above", "against", "along", "around", "at", "away", "back", "behind", "beside", "between",
-    "by", "down", "downstairs", "here", "in", "inside", "into", "left", "near", "next", "off",
-    "on", "onto", "opposite", "out", "outside", "over", "right", "there", "to", "under",
-    "underneath", "up", "upstairs", "where",
-}  # fmt: skip
-"""First words of a place that needs no further preposition."""
 
 
 def show_header(console: Console, info: EpisodeInfo) -> None:
@@ -141,68 +84,6 @@ def show_understood(
         ],
         "Goals",
     )
-
-
-def order_in_words(order: Order) -> str:
-    """An order for people: put the mug in the sink, add 3 lemons."""
-    what, amount = order.what, ""
-    if order.quantity is not None:
-        amount = f"{order.quantity:.3f}".rstrip("0").rstrip(".")
-        if order.unit:
-            amount += f" {_counted(order.unit, order.quantity)}"
-    if order.do == "budget" and not amount:
-        text = "a budget without a sum"
-    elif order.do in ACTS and not (order.do in ("ask", "undo") and (what or amount)):
-        text = ACTS[order.do].format(what=what, amount=amount)
-    elif order.do == "ask":
-        text = f"a question about {what}"
-    elif order.do == "undo":
-        text = f"undo {what}" if what else f"undo the last {amount} changes"
-    elif order.do == "set":
-        text = f"set {what} to {amount}"
-    else:
-        named = _the(what) if what and order.do in HANDLING else what
-        if amount:
-            named = f"{amount} of {what}" if order.unit not in ("", "dozen") else f"{amount} {what}"
-        text = f"{order.do} {named}".strip()
-    if order.where in PEOPLE and order.do == "put":
-        text = text.replace("put", "bring", 1)
-    if order.where:
-        text += f" {_place(order.where)}"
-    preposition = {"swap": "for", "fill": "with"}.get(order.do)
-    if order.for_ and preposition:
-        text += f" {preposition} {order.for_}"
-    notes = [f"for {order.for_}"] if order.for_ and not preposition else []
-    notes += [order.why] if order.why else []
-    text += f" ({', '.join(notes)})" if notes else ""
-    return f"{text}, if {order.if_}" if order.if_ else text
-
-
-def _counted(unit: str, quantity: float) -> str:
-    """A unit in the number of its quantity; abbreviations and "dozen" have one form."""
-    unit, of, size = unit.partition(" of ")
-    if quantity == 1 or len(unit) < 3 or unit.endswith("s") or unit == "dozen" or unit.isupper():
-        return unit + of + size
-    if unit == "loaf":
-        return "loaves"
-    return unit + ("es" if unit.endswith(("ch", "sh", "x")) else "s") + of + size
-
-
-def _place(where: str) -> str:
-    """A place with its preposition: "in the sink", "on the table", "to me", "next to it"."""
-    words = where.casefold().split() or [""]
-    if words[0] in PLACED:
-        return where
-    if where in PEOPLE:
-        return f"to {where}"
-    if words[0][:1].isdigit():
-        return f"at {where}"
-    return f"{'on' if words[-1] in SURFACES else 'in'} {_the(where)}"
-
-
-def _the(name: str) -> str:
-    """A thing that is there, with its article."""
-    return name if {*name.casefold().split()[:1]} & DETERMINED else f"the {name}"
 
 
 def show_done(console: Console, round: Round) -> None:

@@ -14,7 +14,6 @@ import typer
 from goalscope.base.types import GoalscopeError, InvalidInputError, pluralize
 from goalscope.cli.options import (
     Adapter,
-    EndOfTurn,
     Json,
     Layout,
     Model,
@@ -135,7 +134,6 @@ def dialogues(
     tokenizer: Tokenizer = None,
     adapter: Adapter = None,
     layout: Layout = None,
-    end_of_turn: EndOfTurn = False,
     outright: Annotated[
         bool, typer.Option(help="Also ask the model directly for the goal and its confidence.")
     ] = True,
@@ -168,7 +166,6 @@ def dialogues(
         limit,
         turns,
         (layout or DEFAULT_LAYOUT,),
-        end_of_turn=end_of_turn,
         outright=outright,
     )
     name = set or (jsonl.stem if jsonl else "dialogues")

@@ -12,8 +12,6 @@ from goalscope.base.types import InvalidInputError, pluralize
 from goalscope.cli.options import (
     Adapter,
     CalibrationName,
-    Calls,
-    EndOfTurn,
     Layout,
     Model,
     OwnLikelihood,
@@ -35,10 +33,8 @@ def infer(
     model: Model = None,
     tokenizer: Tokenizer = None,
     adapter: Adapter = None,
-    calls: Calls = None,
     likelihood: OwnLikelihood = None,
     layout: Layout = None,
-    end_of_turn: EndOfTurn = False,
     calibration: CalibrationName = None,
 ) -> None:
     """Infer goals in a file of dialogues.
@@ -67,14 +63,14 @@ def infer(
         raise InvalidInputError(
             f"There is no folder {out.parent}. Create it, or name another file."
         )
-    check_likelihood(likelihood, layout, end_of_turn)
+    check_likelihood(likelihood, layout)
     given = calibration_named(calibration) if calibration else None
     own = None if likelihood is None else load_likelihood(likelihood)
-    chosen = Settings(likelihood=own, layout=layout, end_of_turn=end_of_turn)
+    chosen = Settings(likelihood=own, layout=layout)
     dialogues = read_dialogues(file)
     cut: list[str | int] = []
     names = model_names(model, tokenizer=tokenizer, adapter=adapter)
-    with opened_model(names, calls) as engine:
+    with opened_model(names) as engine:
         evidence = likelihood_for(chosen, engine)
         scorer: Any = parts(engine)[1]
         settings = {
@@ -83,7 +79,6 @@ def infer(
             "weights": sha256(scorer.fingerprint.encode()).hexdigest()[:12],
             **own_identity(),
             "layout": evidence.layout if isinstance(evidence, RolePlay) else None,
-            "end_of_turn": end_of_turn,
             "calibration": json.loads(json.dumps(asdict(given or evidence.calibration))),
             **({"likelihood": {own: hashes_of(chosen)["likelihood"]}} if own else {}),
         }

@@ -5,15 +5,15 @@ from __future__ import annotations
 import json
 import os
 import shutil
-from dataclasses import asdict, dataclass
+from dataclasses import asdict
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, cast
 
 import typer
 
 from goalscope.base.types import GoalscopeError, InvalidInputError
-from goalscope.cli.options import Json, ModelOptions, StoreFile, expand_options
-from goalscope.cli.terminal import console, measuring, opened_model
+from goalscope.cli.options import Adapter, Json, Model, Scorer, StoreFile, Tokenizer, Writer
+from goalscope.cli.terminal import console, measuring, model_names, opened_model
 
 if TYPE_CHECKING:
     from goalscope.models.llama.engine import Engine
@@ -51,23 +51,22 @@ def list_models(as_json: Json = False) -> None:
         _say(f"{row['megabytes']:7,.0f} MB  {row['path']}  {speed}".rstrip())
 
 
-@dataclass(frozen=True)
-class _NamedModel(ModelOptions):
-    """The model as an argument."""
-
-    model: Annotated[str | None, typer.Argument(metavar="[MODEL]", help="As for --model.")] = None
-
-
 @models.command()
-@expand_options
-def check(given: _NamedModel, as_json: Json = False) -> None:
+def check(
+    model: Annotated[str | None, typer.Argument(metavar="[MODEL]", help="As for --model.")] = None,
+    generator: Writer = None,
+    scorer: Scorer = None,
+    tokenizer: Tokenizer = None,
+    adapter: Adapter = None,
+    as_json: Json = False,
+) -> None:
     """Test whether a model writes and scores correctly.
 
     The exit code is 1 if it does not.
     """
     from goalscope.models.check import check as check_model
 
-    with opened_model(given.names()) as engine:
+    with opened_model(model_names(model, generator, scorer, tokenizer, adapter)) as engine:
         found, problems = check_model(engine)
     _report({**found, "problems": problems}, as_json)
 
@@ -121,8 +120,15 @@ def pull(
     console(stderr=True).print(f"Use it with: goalscope chat --model {path}", style="dim")
 
 
-@expand_options
-def doctor(given: ModelOptions, store: StoreFile = None, as_json: Json = False) -> None:
+def doctor(
+    model: Model = None,
+    generator: Writer = None,
+    scorer: Scorer = None,
+    tokenizer: Tokenizer = None,
+    adapter: Adapter = None,
+    store: StoreFile = None,
+    as_json: Json = False,
+) -> None:
     """Check the installation: versions, the model, its speed and its log-probabilities."""
     import platform
     from importlib.metadata import PackageNotFoundError, version
@@ -150,7 +156,7 @@ def doctor(given: ModelOptions, store: StoreFile = None, as_json: Json = False) 
         for path in lost_adapters()
     ]
     try:
-        with opened_model(given.names()) as engine:
+        with opened_model(model_names(model, generator, scorer, tokenizer, adapter)) as engine:
             found, wrong = check_model(engine)
             problems += wrong
             report |= found

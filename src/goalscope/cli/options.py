@@ -1,13 +1,10 @@
-"""Options that commands share, alone or grouped in classes."""
+"""Options that commands share, and the settings of an episode from them."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass, fields, is_dataclass
-from functools import wraps
-from inspect import Signature, signature
+from collections.abc import Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any, Literal, get_type_hints
+from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 import typer
 
@@ -18,50 +15,16 @@ if TYPE_CHECKING:
     from goalscope.agent.settings import Settings
     from goalscope.belief.goal_manager import Trigger
 
-__all__ = [
-    "Adapter",
-    "CalibrationName",
-    "Calls",
-    "EndOfTurn",
-    "EpisodeOptions",
-    "Json",
-    "Layout",
-    "Method",
-    "Model",
-    "ModelOptions",
-    "OwnLikelihood",
-    "ReadingAdapter",
-    "ReadingForm",
-    "Scorer",
-    "Seed",
-    "StoreFile",
-    "Tokenizer",
-    "Writer",
-    "calibration_file",
-    "check_likelihood",
-    "check_picture",
-    "expand_options",
+Domain = Annotated[
+    str,
+    typer.Argument(
+        metavar="[grocery|house|FILE.py]", help="Domain to act in, or the Python file of your own."
+    ),
 ]
-
 Method = Annotated[
     Literal["good", "no-goals", "no-inference"],
     typer.Option(help="GOOD, or a baseline of the paper."),
 ]
-Layout = Annotated[
-    Literal["goal-first", "goal-last"] | None,
-    typer.Option(help="Where the likelihood prompt puts the goal."),
-]
-EndOfTurn = Annotated[bool, typer.Option(help="Also score the end of the utterance.")]
-CalibrationName = Annotated[
-    str | None,
-    typer.Option(
-        "--calibration",
-        metavar="paper|default|last-turn|FILE",
-        help="How evidence becomes probabilities.  [default: the model's own for given goals, the "
-        "default one for an agent]",
-    ),
-]
-Seed = Annotated[int, typer.Option(min=0, help="Random seed.")]
 Model = Annotated[
     str | None,
     typer.Option(
@@ -89,14 +52,24 @@ Adapter = Annotated[
         "for its own model]",
     ),
 ]
-Calls = Annotated[Path | None, typer.Option(help="Cache file for the model's answers.")]
-StoreFile = Annotated[
-    str | None,
+Catalogue = Annotated[Path | None, typer.Option(help="CSV file of your own shop's items.")]
+Columns = Annotated[
+    list[str] | None,
     typer.Option(
-        "--store",
-        metavar="FILE|postgresql://USER:PASSWORD@HOST/DATABASE",
-        help="Store of episodes.  [default: $GOALSCOPE_STORE]",
+        "--column", metavar="NAME=TITLE", help="Map a field (name, price, ...) to a column heading."
     ),
+]
+Scene = Annotated[
+    str | None, typer.Option(metavar="NAME|FILE", help="Room of the house; see `house scenes`.")
+]
+Simulator = Annotated[
+    Literal["house", "thor"], typer.Option(help="The embedded simulator, or AI2-THOR.")
+]
+Unity = Annotated[
+    Path | None, typer.Option(help="Program for AI2-THOR to start.  [default: its own build]")
+]
+Picture = Annotated[
+    Path | None, typer.Option(metavar="FILE.svg", help="Draw the room to this file each round.")
 ]
 OwnLikelihood = Annotated[
     str | None,
@@ -105,6 +78,50 @@ OwnLikelihood = Annotated[
         metavar="FILE.py:NAME",
         help="A likelihood of your own: the Python file, and the function or class in it that "
         "makes it from a model.",
+    ),
+]
+Layout = Annotated[
+    Literal["goal-first", "goal-last"] | None,
+    typer.Option(help="Where the likelihood prompt puts the goal."),
+]
+CalibrationName = Annotated[
+    str | None,
+    typer.Option(
+        "--calibration",
+        metavar="paper|default|last-turn|FILE",
+        help="How evidence becomes probabilities.  [default: the model's own for given goals, the "
+        "default one for an agent]",
+    ),
+]
+Propose = Annotated[
+    str | None,
+    typer.Option(
+        metavar="PROBABILITY|paper",
+        help="Propose goals once the probability of Unspecified, given the words since the newest "
+        "goals, exceeds this; paper: once it is the likeliest.  [default: 0.5]",
+    ),
+]
+Likeliest = Annotated[
+    int | None,
+    typer.Option(
+        "--k", min=1, help="Number of likeliest goals to act on and to ask about.  [default: 3]"
+    ),
+]
+Prompted = Annotated[
+    list[str] | None,
+    typer.Option(
+        metavar="all|propose|remove|plan|query",
+        help="Use the paper's prompt for this module even if the model is fitted for it; "
+        "repeatable. Other models always propose, plan and ask by prompts.",
+    ),
+]
+Seed = Annotated[int, typer.Option(min=0, help="Random seed.")]
+StoreFile = Annotated[
+    str | None,
+    typer.Option(
+        "--store",
+        metavar="FILE|postgresql://USER:PASSWORD@HOST/DATABASE",
+        help="Store of episodes.  [default: $GOALSCOPE_STORE]",
     ),
 ]
 Json = Annotated[bool, typer.Option("--json", help="Print only JSON to standard output.")]
@@ -123,195 +140,89 @@ ReadingForm = Annotated[
 ]
 
 
-@dataclass(frozen=True)
-class ModelOptions:
-    """The models that write and score."""
+def episode_settings(context: typer.Context, **more: Any) -> Settings:
+    """The settings of an episode from a command's options, with full paths.
 
-    model: Model = None
-    generator: Writer = None
-    scorer: Scorer = None
-    tokenizer: Tokenizer = None
-    adapter: Adapter = None
+    Full paths let it be resumed from any folder.
 
-    def names(self) -> dict[str, Any]:
-        """The arguments of `open_model`; files are named by their full path."""
-        return model_names(self.model, self.generator, self.scorer, self.tokenizer, self.adapter)
-
-
-@dataclass(frozen=True)
-class EpisodeOptions(ModelOptions):
-    """The options that define an episode."""
-
-    domain: Annotated[
-        str,
-        typer.Argument(
-            metavar="[grocery|house|FILE.py]",
-            help="Domain to act in, or the Python file of your own.",
-        ),
-    ] = "grocery"
-    method: Method = "good"
-    catalogue: Annotated[Path | None, typer.Option(help="CSV file of your own shop's items.")] = (
-        None
-    )
-    columns: Annotated[
-        list[str] | None,
-        typer.Option(
-            "--column",
-            metavar="NAME=TITLE",
-            help="Map a field (name, price, ...) to a column heading.",
-        ),
-    ] = None
-    scene: Annotated[
-        str | None,
-        typer.Option(metavar="NAME|FILE", help="Room of the house; see `house scenes`."),
-    ] = None
-    simulator: Annotated[
-        Literal["house", "thor"], typer.Option(help="The embedded simulator, or AI2-THOR.")
-    ] = "house"
-    unity: Annotated[
-        Path | None, typer.Option(help="Program for AI2-THOR to start.  [default: its own build]")
-    ] = None
-    picture: Annotated[
-        Path | None,
-        typer.Option(metavar="FILE.svg", help="Draw the room to this file each round."),
-    ] = None
-    likelihood: OwnLikelihood = None
-    layout: Layout = None
-    end_of_turn: EndOfTurn = False
-    calibration: CalibrationName = None
-    propose: Annotated[
-        str | None,
-        typer.Option(
-            metavar="PROBABILITY|paper",
-            help="Propose goals once the probability of Unspecified, given the words since the "
-            "newest goals, exceeds this; paper: once it is the likeliest.  [default: 0.5]",
-        ),
-    ] = None
-    k: Annotated[
-        int | None,
-        typer.Option(
-            "--k", min=1, help="Number of likeliest goals to act on and to ask about.  [default: 3]"
-        ),
-    ] = None
-    prompted: Annotated[
-        list[str] | None,
-        typer.Option(
-            metavar="all|propose|remove|plan|query",
-            help="Use the paper's prompt for this module even if the model is fitted for it; "
-            "repeatable. Other models always propose, plan and ask by prompts.",
-        ),
-    ] = None
-    seed: Seed = 0
-
-    def settings(self, **more: Any) -> Settings:
-        """The settings of an episode, with full paths so that it can be resumed from any folder.
-
-        Args:
-            **more: Settings from the command's own options: human, profiles, rounds.
-
-        Raises:
-            InvalidInputError: An option cannot be used, or would have no effect.
-        """
-        from goalscope.agent.agent import K
-        from goalscope.agent.settings import Settings, load_domain, load_likelihood
-        from goalscope.agent.toolkit import modules_named
-
-        settings = Settings(
-            **self.names(),
-            domain=load_domain(self.domain),
-            method=self.method,
-            catalogue=_absolute(self.catalogue),
-            columns=_columns(self.columns or ()),
-            scene=_scene(self.scene),
-            simulator=self.simulator,
-            unity=_absolute(self.unity),
-            likelihood=None if self.likelihood is None else load_likelihood(self.likelihood),
-            layout=self.layout,
-            end_of_turn=self.end_of_turn,
-            calibration=calibration_file(self.calibration),
-            propose=_trigger(self.propose),
-            k=self.k or K,
-            prompted=modules_named(self.prompted or ()),
-            seed=self.seed,
-            **more,
-        )
-        self._check_effects(settings.domain)
-        check_picture(self.picture, settings.domain)
-        return settings
-
-    def _check_effects(self, domain: str) -> None:
-        """Refuse options that would have no effect."""
-        foreign: dict[str, object] = {}
-        if domain != "grocery":
-            foreign |= {"--catalogue": self.catalogue, "--column": self.columns}
-        if domain != "house":
-            foreign |= {"--scene": self.scene, "--unity": self.unity}
-            foreign["--simulator"] = self.simulator != "house"
-        for option, given in foreign.items():
-            if given:
-                raise InvalidInputError(f"{option} does not apply to the domain {domain!r}.")
-        if self.unity and self.simulator != "thor":
-            raise InvalidInputError("--unity needs --simulator thor.")
-        if self.method != "good":
-            for name in ("likelihood", "layout", "end_of_turn", "calibration", "propose"):
-                if getattr(self, name):
-                    raise InvalidInputError(
-                        f"--{name.replace('_', '-')} only applies to the method 'good'; "
-                        f"{self.method!r} computes no evidence. Leave it out."
-                    )
-        if self.method == "no-goals" and self.k:
-            raise InvalidInputError(
-                "--k does not apply to the method 'no-goals', which has no goals. Leave it out."
-            )
-        check_likelihood(self.likelihood, self.layout, self.end_of_turn)
-
-
-def expand_options(command: Callable[..., None]) -> Callable[..., None]:
-    """Expand a parameter that is a class of options into one parameter per field.
-
-    Typer sees the fields; the command receives the class.
-    """
-    classes: dict[str, type[Any]] = {}
-    expanded = list[Any]()
-    hints = get_type_hints(command, include_extras=True)
-    for parameter in signature(command).parameters.values():
-        hint = hints[parameter.name]
-        if not (isinstance(hint, type) and is_dataclass(hint)):
-            expanded.append(parameter.replace(annotation=hint))
-            continue
-        classes[parameter.name] = hint
-        types = get_type_hints(hint, include_extras=True)
-        expanded += [
-            parameter.replace(name=each.name, annotation=types[each.name], default=each.default)
-            for each in fields(hint)
-        ]
-
-    @wraps(command)
-    def call(**given: Any) -> None:
-        for name, options in classes.items():
-            names = [each.name for each in fields(options) if each.name in given]
-            given[name] = options(**{each: given.pop(each) for each in names})
-        command(**given)
-
-    call.__signature__ = Signature(expanded)  # pyright: ignore[reportAttributeAccessIssue]
-    return call
-
-
-def check_likelihood(own: str | None, layout: object, end_of_turn: bool) -> None:
-    """Refuse options of the role-play likelihood beside one of the user's own.
+    Args:
+        context: Of the command, with the options from `Domain` to `Seed`.
+        **more: The settings from its own options: human, profiles, rounds.
 
     Raises:
-        InvalidInputError: One is given.
+        InvalidInputError: An option cannot be used, or would have no effect.
     """
-    for option, given in (("--layout", layout), ("--end-of-turn", end_of_turn)):
-        if own and given:
+    from goalscope.agent.agent import K
+    from goalscope.agent.settings import Settings, load_domain, load_likelihood
+    from goalscope.agent.toolkit import modules_named
+    from goalscope.models.opening import MODEL_KEYS
+
+    given = context.params
+    likelihood, scene = given["likelihood"], given["scene"]
+    settings = Settings(
+        **model_names(**{key: given[key] for key in MODEL_KEYS}),
+        domain=load_domain(given["domain"]),
+        method=given["method"],
+        catalogue=_absolute(given["catalogue"]),
+        columns=_columns(given["columns"] or ()),
+        scene=_absolute(scene) if scene and Path(scene).is_file() else scene,
+        simulator=given["simulator"],
+        unity=_absolute(given["unity"]),
+        likelihood=None if likelihood is None else load_likelihood(likelihood),
+        layout=given["layout"],
+        calibration=calibration_file(given["calibration"]),
+        propose=_trigger(given["propose"]),
+        k=given["k"] or K,
+        prompted=modules_named(given["prompted"] or ()),
+        seed=given["seed"],
+        **more,
+    )
+    _check_effects(given, settings.domain)
+    check_picture(given["picture"], settings.domain)
+    return settings
+
+
+def _check_effects(given: dict[str, Any], domain: str) -> None:
+    """Refuse options that would have no effect."""
+    for option, name, needed in (
+        ("--catalogue", "catalogue", "grocery"),
+        ("--column", "columns", "grocery"),
+        ("--scene", "scene", "house"),
+        ("--unity", "unity", "house"),
+        ("--simulator", "simulator", "house"),
+    ):
+        if domain != needed and given[name] and given[name] != "house":  # the default simulator
+            raise InvalidInputError(f"{option} does not apply to the domain {domain!r}.")
+    if given["unity"] and given["simulator"] != "thor":
+        raise InvalidInputError("--unity needs --simulator thor.")
+    method = given["method"]
+    for name in ("likelihood", "layout", "calibration", "propose"):
+        if method != "good" and given[name]:
             raise InvalidInputError(
-                f"{option} only applies to the role-play likelihood. Leave it out, or leave out "
-                "--likelihood."
+                f"--{name} only applies to the method 'good'; {method!r} computes no evidence. "
+                "Leave it out."
             )
+    if method == "no-goals" and given["k"]:
+        raise InvalidInputError(
+            "--k does not apply to the method 'no-goals', which has no goals. Leave it out."
+        )
+    check_likelihood(given["likelihood"], given["layout"])
 
 
-def check_picture(picture: Path | None, domain: str) -> None:
+def check_likelihood(own: str | None, layout: str | None) -> None:
+    """Refuse the layout of the role-play likelihood beside a likelihood of the user's own.
+
+    Raises:
+        InvalidInputError: Both are given.
+    """
+    if own and layout:
+        raise InvalidInputError(
+            "--layout only applies to the role-play likelihood. Leave it out, or leave out "
+            "--likelihood."
+        )
+
+
+def check_picture(picture: Path | str | None, domain: str) -> None:
     """Refuse a picture that could not be drawn.
 
     Raises:
@@ -319,8 +230,8 @@ def check_picture(picture: Path | None, domain: str) -> None:
     """
     if picture and domain != "house":
         raise InvalidInputError(f"--picture does not apply to the domain {domain!r}.")
-    if picture and not picture.absolute().parent.is_dir():
-        raise InvalidInputError(f"There is no folder {picture.parent} for the picture.")
+    if picture and not Path(picture).absolute().parent.is_dir():
+        raise InvalidInputError(f"There is no folder {Path(picture).parent} for the picture.")
 
 
 def calibration_file(given: str | None) -> str | None:
@@ -330,16 +241,11 @@ def calibration_file(given: str | None) -> str | None:
     if given is None or given in NAMED:
         return given
     calibration_named(given)
-    return str(Path(given).absolute())
+    return _absolute(given)
 
 
-def _absolute(path: Path | None) -> str | None:
-    return None if path is None else str(path.absolute())
-
-
-def _scene(given: str | None) -> str | None:
-    """The name of a scene, or the full path of its file."""
-    return str(Path(given).absolute()) if given and Path(given).is_file() else given
+def _absolute(path: Path | str | None) -> str | None:
+    return None if path is None else str(Path(path).absolute())
 
 
 def _trigger(given: str | None) -> Trigger:

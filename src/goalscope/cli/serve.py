@@ -12,14 +12,17 @@ import typer
 from goalscope.base.types import GoalscopeError, InvalidInputError
 from goalscope.base.user_dirs import NOWHERE, user_data
 from goalscope.cli.options import (
+    Adapter,
     CalibrationName,
-    ModelOptions,
+    Model,
+    Scorer,
     Seed,
     StoreFile,
+    Tokenizer,
+    Writer,
     calibration_file,
-    expand_options,
 )
-from goalscope.cli.terminal import console, measured_meanwhile, settings_model
+from goalscope.cli.terminal import console, measured_meanwhile, model_names, settings_model
 
 if TYPE_CHECKING:
     from goalscope.models import OpenModel
@@ -62,9 +65,7 @@ def kept_key() -> tuple[str, Path]:
     return key, file
 
 
-@expand_options
 def serve(
-    *,
     host: Annotated[str, typer.Option(help="Address to listen on.")] = "127.0.0.1",
     port: Annotated[int, typer.Option(min=0, max=65535, help="Port; 0 for a free one.")] = 8000,
     name: Annotated[
@@ -79,7 +80,11 @@ def serve(
             envvar="GOALSCOPE_KEY", help="Key that opens the page.  [default: the saved one]"
         ),
     ] = None,
-    models: ModelOptions,
+    model: Model = None,
+    generator: Writer = None,
+    scorer: Scorer = None,
+    tokenizer: Tokenizer = None,
+    adapter: Adapter = None,
     seed: Seed = 0,
     store: StoreFile = None,
 ) -> None:
@@ -119,7 +124,7 @@ def serve(
         reached = {"127.0.0.1", "localhost", "[::1]", shown}
         names = {f"{each}:{port}" for each in reached} | (reached if port == 80 else set[str]())
         key, file = (key, None) if key else kept_key()
-        settings = Settings(**models.names(), seed=seed)
+        settings = Settings(**model_names(model, generator, scorer, tokenizer, adapter), seed=seed)
         with (
             Store.open(store) as episodes,
             settings_model(settings, measure=False) as engine,
@@ -147,9 +152,12 @@ def serve(
             uvicorn.Server(config).run(sockets=[listening])
 
 
-@expand_options
 def mcp(
-    models: ModelOptions,
+    model: Model = None,
+    generator: Writer = None,
+    scorer: Scorer = None,
+    tokenizer: Tokenizer = None,
+    adapter: Adapter = None,
     calibration: CalibrationName = None,
     seed: Seed = 0,
     store: StoreFile = None,
@@ -169,14 +177,15 @@ def mcp(
     package("mcp.server", "The MCP server needs", GoalscopeError)
     from goalscope.web.mcp import create_server
 
-    settings = Settings(**models.names(), calibration=calibration_file(calibration), seed=seed)
+    names = model_names(model, generator, scorer, tokenizer, adapter)
+    settings = Settings(**names, calibration=calibration_file(calibration), seed=seed)
     with Store.open(store) as episodes, ExitStack() as later:
 
         @cache
         def engine() -> OpenModel:
             return later.enter_context(settings_model(settings, measure=False))
 
-        if models != ModelOptions():
+        if any(names.values()):
             engine()  # a wrong name fails now, not in the middle of a conversation
         later.enter_context(measured_meanwhile(settings))
         create_server(Trackers(episodes, engine, settings)).run()

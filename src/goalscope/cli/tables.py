@@ -15,8 +15,6 @@ if TYPE_CHECKING:
 
     from goalscope.experiment.summary import Table
 
-__all__ = ["show_tables"]
-
 
 def show_tables(tables: Sequence[Table], as_json: bool) -> None:
     """Print tables, each followed by those of its notes that were not printed before.

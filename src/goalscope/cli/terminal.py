@@ -9,7 +9,7 @@ import time
 from collections.abc import Callable, Generator, Mapping
 from contextlib import AbstractContextManager, contextmanager
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -17,17 +17,6 @@ if TYPE_CHECKING:
 
     from goalscope.agent.settings import Settings
     from goalscope.models import OpenModel
-
-__all__ = [
-    "console",
-    "measured_meanwhile",
-    "measuring",
-    "model_names",
-    "opened_model",
-    "progress",
-    "settings_model",
-    "spinner",
-]
 
 _MEASURE = """\
 import json, signal, sys
@@ -118,9 +107,7 @@ def measuring(what: str) -> Generator[Callable[[str, float], None]]:
 
 
 @contextmanager
-def opened_model(
-    names: Mapping[str, str | None], calls: Path | None = None, measure: bool = True
-) -> Generator[OpenModel]:
+def opened_model(names: Mapping[str, str | None], *, measure: bool = True) -> Generator[OpenModel]:
     """Open a model by its `model_names`, close it at the end, and print the usage of servers.
 
     Without `measure` (see `open_model`), somebody waits for an answer; see `measured_meanwhile`.
@@ -128,7 +115,7 @@ def opened_model(
     from goalscope.models.opening import open_model, parts
 
     with measuring("Loading the model") as report:
-        engine = open_model(**names, calls=calls, report=report, measure=measure)
+        engine = open_model(**names, report=report, measure=measure)
     try:
         yield engine
     finally:
@@ -140,13 +127,13 @@ def opened_model(
 
 
 def settings_model(
-    settings: Settings, calls: Path | None = None, *, measure: bool = True
+    settings: Settings, *, measure: bool = True
 ) -> AbstractContextManager[OpenModel]:
     """Open the model named by an episode's settings; see `opened_model`."""
     from goalscope.models.opening import MODEL_KEYS
 
     names = {key: getattr(settings, key) for key in MODEL_KEYS}
-    return opened_model(names, calls, measure)
+    return opened_model(names, measure=measure)
 
 
 @contextmanager
@@ -183,7 +170,7 @@ def model_names(
     scorer: str | None = None,
     tokenizer: str | None = None,
     adapter: str | None = None,
-) -> dict[str, str | None]:
+) -> dict[str, Any]:
     """The arguments of `open_model` from the options, valid from any folder.
 
     Files and folders become full paths; any other tokenizer is a name on the hub.

@@ -25,6 +25,7 @@ __all__ = [
     "examples_of",
     "is_aside",
     "order_from_json",
+    "order_in_words",
     "order_to_json",
     "orders_from_text",
     "orders_to_text",
@@ -215,6 +216,11 @@ def order_from_json(data: object) -> Order:
 def orders_to_text(orders: Iterable[Order]) -> str:
     """Orders as canonical English, one a line: `add potatoes | 2 kg`, `put mug | where sink`."""
     return "\n".join(map(_line, orders))
+
+
+def order_in_words(order: Order) -> str:
+    """Its canonical English for people: `add potatoes, 2 kg`, `put mug, where sink`."""
+    return _line(order).replace(" | ", ", ")
 
 
 def orders_from_text(text: str, verbs: Sequence[Verb]) -> tuple[Order, ...]:

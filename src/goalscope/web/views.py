@@ -16,7 +16,7 @@ from goalscope.base.types import UNSPECIFIED, Goal, GoalChange, StepResult, plur
 from goalscope.belief import belief as beliefs
 from goalscope.belief.advice import Advice
 from goalscope.belief.explain import Reason, in_words
-from goalscope.cli.display import order_in_words
+from goalscope.language.orders import order_in_words
 from goalscope.storage.store import EpisodeInfo
 from goalscope.storage.tracking import Tracked
 

@@ -139,8 +139,8 @@ def tune(source: Path, threads: int, report: Report | None = None) -> Tuning:
     The weights are tried as they are and as BF16, F16 and Q8_0; a type that is farther from exact
     arithmetic (F32) than the file itself is left out. Then half of the threads are tried, and kept
     where that is faster. (The KV cache is always F16: llama.cpp computes F32 keys and values as
-    F16, and smaller types are slower and less exact, see docs/log.md.) Without a `report`, a warning
-    is logged that this takes a while.
+    F16, and smaller types are slower and less exact, see docs/log.md.) Without a `report`, a
+    warning is logged that this takes a while.
 
     The answer holds for every file of the same content, and a copy of its weights serves all; what
     was kept for older versions of the engine is deleted.
