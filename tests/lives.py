@@ -216,8 +216,7 @@ def episode(folder: str, *more: str) -> None:
 
 def rounds_of(place: Path | str) -> list[tuple[str, ...]]:
     """Of each episode in a store its rounds, as they are stored; a file must be whole."""
-    from goalscope.storage.round_json import round_to_json
-    from goalscope.storage.store import Store
+    from goalscope.storage.store import Store, round_to_json
 
     with Store.open(place) as store:
         if "://" not in str(place):
@@ -231,7 +230,7 @@ def measured(folder: Path) -> tuple[dict[str, Any], list[Any]]:
     """Cells by key, each with its episode in it, and all tables, those of first attempts too."""
     from goalscope.experiment.results import Results
     from goalscope.experiment.tables import first_attempts, tables_of
-    from goalscope.storage.round_json import round_to_json
+    from goalscope.storage.store import round_to_json
 
     with Results.open(folder / "tiny.db") as results:
         cells = {}

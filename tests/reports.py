@@ -14,7 +14,7 @@ from goalscope.belief.calibration import DEFAULT
 from goalscope.experiment.results import Results, cell_key
 from goalscope.report import read_report
 from goalscope.report.figures import Figure
-from goalscope.storage.round_json import round_to_json
+from goalscope.storage.store import round_to_json
 
 pytest.importorskip("matplotlib")
 pytest.importorskip("scipy.stats")

@@ -20,7 +20,7 @@ from goalscope.belief.calibration import DEFAULT, PAPER
 from goalscope.belief.goal_manager import propose
 from goalscope.belief.likelihood import RolePlay
 from goalscope.belief.tracker import GoalTracker
-from goalscope.storage.round_json import round_from_json, round_to_json
+from goalscope.storage.store import round_from_json, round_to_json
 from lamps import RANKS, REPLIES
 from test_cli import invoke, shop, store_file, words  # noqa: F401
 

@@ -275,7 +275,7 @@ def refused(place: str) -> str:
 
 
 def test_what_a_server_refuses_is_explained(server):
-    assert "Check the user and the password" in refused(server.address("postgres", "wrong-pw"))
+    assert "the user and the password" in refused(server.address("postgres", "wrong-pw"))
     assert "createdb" in refused(server.address("nowhere"))
     server.run("CREATE ROLE reader LOGIN PASSWORD 'wrong-pw'")
     as_reader = server.new().replace(f"someone:{PASSWORD}", "reader:wrong-pw")
@@ -343,11 +343,6 @@ def test_the_home_folder_is_found_without_a_shell(tmp_path, monkeypatch):
     with Store.open("~/goals.db") as store:
         store.begin(**EPISODE)
     assert (tmp_path / "goals.db").is_file()
-    monkeypatch.chdir(tmp_path)
-    for name in ("$HOME/more.db", "'~/more.db'", '"${HOME}/more.db"'):
-        Store.open(name).close()
-        (tmp_path / "more.db").unlink()
-    for name in ("~nobody-of-this-name/goals.db", "$NOBODY_SET_THIS/goals.db"):
-        with pytest.raises(GoalscopeError, match="no home folder"):
-            Store.open(name)
+    with pytest.raises(GoalscopeError, match="no home folder"):
+        Store.open("~nobody-of-this-name/goals.db")
     assert not [each for each in tmp_path.iterdir() if each.is_dir()]

@@ -8,7 +8,7 @@ from fakes import LampRoom, WordModel
 from goalscope.base.types import UNSPECIFIED, Goal, UnreadableAnswerError
 from goalscope.belief.goal_manager import GoalManager
 from goalscope.belief.goal_order import GoalOrder, in_order
-from goalscope.storage.round_json import round_from_json, round_to_json
+from goalscope.storage.store import round_from_json, round_to_json
 from goalscope.web.views import RoundView
 from lamps import RANKS, REPLIES, Speechless, Writes, agent_in
 

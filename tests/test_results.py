@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 
 from goalscope.base.types import GoalscopeError
 from goalscope.experiment.results import Results, cell_key
-from goalscope.storage.round_json import round_to_json
+from goalscope.storage.store import round_to_json
 from test_store import EPISODE, a_round, values_of
 
 CODE = {"code": "aaa", "prompts": "bbb", "model tiny": "ccc"}

@@ -31,8 +31,7 @@ from goalscope.belief.belief import Belief
 from goalscope.belief.calibration import Calibration
 from goalscope.language.orders import Order, Reading
 from goalscope.storage.opening import default_place
-from goalscope.storage.round_json import round_from_json, round_to_json
-from goalscope.storage.store import Store
+from goalscope.storage.store import Store, round_from_json, round_to_json
 
 EPISODE = {"domain": "grocery", "method": "good", "model": "m", "task": "Sell."}
 # Any text a program can hold: control characters, NUL, and lone low surrogates.

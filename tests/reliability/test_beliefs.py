@@ -29,7 +29,7 @@ from goalscope.experiment.judge import judge
 from goalscope.models import Completion
 from goalscope.models.opening import open_model
 from goalscope.models.scoring import TokenScorer
-from goalscope.storage.round_json import round_from_json, round_to_json
+from goalscope.storage.store import round_from_json, round_to_json
 
 REPLIES = {
     GOALS: "have lamp light\nsleep without light\nread a book",

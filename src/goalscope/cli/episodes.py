@@ -114,8 +114,7 @@ def why(
     from goalscope.base.text import terminal_safe
     from goalscope.belief.explain import reasons
     from goalscope.cli.display import show_reasons
-    from goalscope.storage.round_json import dumps
-    from goalscope.storage.store import Store
+    from goalscope.storage.store import Store, dumps
 
     with Store.open(store, new=False) as opened:
         info = opened.episode(id)
@@ -149,7 +148,7 @@ def why(
 def _episode_json(info: EpisodeInfo, rounds: Sequence[Round]) -> dict[str, Any]:
     """An episode and its rounds, with the probabilities of each belief."""
     from goalscope.base.text import model_shown
-    from goalscope.storage.round_json import round_to_json
+    from goalscope.storage.store import round_to_json
 
     rows: list[dict[str, Any]] = []
     for round in rounds:

@@ -11,8 +11,7 @@ from typing import Any
 from sqlalchemy import Connection, Row, select
 
 from goalscope.base.types import InvalidInputError
-from goalscope.storage.round_json import dumps, round_from_json
-from goalscope.storage.store import Store, new_episode, round_row
+from goalscope.storage.store import Store, dumps, new_episode, round_from_json, round_row
 from goalscope.storage.tables import ABOUT, CELLS, EPISODES, ROUNDS
 
 __all__ = ["Cell", "Results", "cell_key"]

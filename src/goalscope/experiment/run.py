@@ -15,7 +15,7 @@ from goalscope.experiment.identity import identity_of
 from goalscope.experiment.plan import Experiment, judging
 from goalscope.experiment.results import Cell, Results, cell_key
 from goalscope.experiment.work import measure, perform
-from goalscope.storage.round_json import dumps
+from goalscope.storage.store import dumps
 
 __all__ = ["Done", "check_packages", "run"]
 

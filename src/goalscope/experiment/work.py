@@ -27,9 +27,8 @@ from goalscope.experiment.judge import JUDGE_TEMPERATURE, judge
 from goalscope.experiment.multiple_choice import Question, measure_question, rephrase
 from goalscope.models import OpenModel
 from goalscope.models.opening import MODEL_KEYS, forget
-from goalscope.storage.round_json import round_to_json
 from goalscope.storage.session import Session
-from goalscope.storage.store import Store
+from goalscope.storage.store import Store, round_to_json
 
 __all__ = ["measure", "perform"]
 

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import logging
 import os
-import re
 import sqlite3
 import time
 from collections.abc import Callable, Generator
@@ -43,7 +42,6 @@ NETWORK = (
 WRITING = {"goalscope_writing": True}
 """Execution options of connections that write."""
 
-SERVER = "Check that the server is running and that the address in --store is right."
 ADVICE = {
     # SQLite, by the name of the error
     "SQLITE_FULL": "The disk is full: free some space.",
@@ -53,28 +51,15 @@ ADVICE = {
     "SQLITE_READONLY": "It is not writable: name another file.",
     "SQLITE_CANTOPEN": "It cannot be opened: name another file.",
     "SQLITE_CORRUPT": "It is damaged: move it away, and a new one is created.",
-    # PostgreSQL, by SQLSTATE or its class
-    "08": SERVER,
-    "22": "The database's encoding should be UTF8.",
+    # PostgreSQL, by SQLSTATE or its class; errors while connecting have none
+    "": "Check that the server is running, that the database exists (`createdb NAME`), and the "
+    "user and the password in the address.",
     "25006": "It is not writable: name another database with --store.",
-    "28": "Check the user and the password in the address.",
-    "3D000": "Create the database first: `createdb NAME`.",
     "42501": "The user lacks a permission: ask for it, or name another user in the address.",
-    "53100": "The server's disk is full: free some space.",
-    "53300": "The server has too many connections: close some and try again.",
+    "53": "The server's disk, memory or connections are used up: free some and try again.",
     "55P03": "Another program is writing to it: close that one and try again.",
     "57": "The server is starting, stopping or busy: try again.",
 }
-STATES = {
-    "password": "28",
-    "authentication": "28",
-    r'role ".*" does not exist': "28",
-    "pg_hba.conf": "28",
-    r'database ".*" does not exist': "3D000",
-    "too many clients|remaining connection slots": "53300",
-    "starting up|shutting down|recovery": "57",
-}
-"""States of errors while connecting, which have none, by their words."""
 
 log = logging.getLogger(__name__)
 
@@ -100,7 +85,7 @@ def opened(place: str | Path) -> tuple[str, Engine]:
         name = url.set(query={}).render_as_string().replace("+psycopg", "", 1)
         engine = _server(url)
     else:
-        engine = _file(_at_home(Path(place)))
+        engine = _file(Path(place))
     try:
         with explained(name):
             _prepare(engine, name)
@@ -108,24 +93,6 @@ def opened(place: str | Path) -> tuple[str, Engine]:
         engine.dispose()
         raise
     return name, engine
-
-
-def _at_home(file: Path) -> Path:
-    """The file; `~` is the home folder, and `$NAME` a variable, also where no shell has read it.
-
-    Raises:
-        GoalscopeError: There is no such home or variable.
-    """
-    try:
-        found = Path(os.path.expandvars(str(file).strip("\"'"))).expanduser()
-    except RuntimeError:
-        found = NOWHERE / file
-    if (found != file and NOWHERE in found.parents) or re.search(r"\$[\w{]", str(found)):
-        raise GoalscopeError(
-            f"There is no home folder, or no such variable, for {file}. Name the file by its whole "
-            "path with --store."
-        )
-    return found
 
 
 def opened_in_memory(copied: Path | None = None) -> tuple[str, Engine]:
@@ -159,9 +126,10 @@ def opened_in_memory(copied: Path | None = None) -> tuple[str, Engine]:
 
 def _file(file: Path) -> Engine:
     try:
+        file = file.expanduser()
         file.parent.mkdir(parents=True, exist_ok=True)
-    except OSError as error:
-        if file.is_relative_to(NOWHERE):
+    except (OSError, RuntimeError) as error:
+        if isinstance(error, RuntimeError) or file.is_relative_to(NOWHERE):
             raise GoalscopeError(
                 "There is no home folder to keep the episodes in: HOME is not set. Set it, or name "
                 "a file with --store."
@@ -359,7 +327,5 @@ def _advice(cause: BaseException, said: str) -> str:
             )
         name = getattr(cause, "sqlite_errorname", "")  # such as SQLITE_READONLY_DIRECTORY
         return ADVICE.get("_".join(name.split("_")[:2]), "Name another file.")
-    state = getattr(cause, "sqlstate", None) or next(
-        (state for words, state in STATES.items() if re.search(words, said)), "08"
-    )
+    state = getattr(cause, "sqlstate", None) or ""
     return ADVICE.get(state) or ADVICE.get(state[:2], "Name another store with --store.")

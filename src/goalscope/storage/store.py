@@ -12,16 +12,28 @@ from datetime import UTC, datetime
 from pathlib import Path
 from threading import Lock
 from types import TracebackType
-from typing import Any, Literal, Self
+from typing import Any, Literal, Self, TypeVar
 
 from sqlalchemy import ColumnElement, Connection, Engine, Row, Select, func, or_, select
 from sqlalchemy.exc import IntegrityError
 
 from goalscope.agent.round import Round
-from goalscope.base.types import ConflictError, GoalscopeError, InvalidInputError
+from goalscope.base.types import (
+    Action,
+    ConflictError,
+    Goal,
+    GoalChange,
+    GoalscopeError,
+    InvalidInputError,
+    StepResult,
+    Turn,
+)
+from goalscope.belief.belief import belief_from_json, belief_to_json
+from goalscope.language.orders import Order, Reading, order_from_json, order_to_json
 from goalscope.storage.opening import WRITING, default_place, explained, opened, opened_in_memory
-from goalscope.storage.round_json import dumps, round_from_json, round_to_json
 from goalscope.storage.tables import CORRECTIONS, EPISODES, ROUNDS, EscapedText
+
+T = TypeVar("T")
 
 Ended = Literal["terminated", "truncated"]
 """How an episode ended: task complete, or out of rounds."""
@@ -150,27 +162,11 @@ class Store:
         with explained(self.place), self._turn, self._writing.begin() as connection:
             yield connection
 
-    def begin(
-        self,
-        *,
-        domain: str,
-        method: str,
-        model: str,
-        task: str,
-        profile: str | None = None,
-        settings: Mapping[str, Any] | None = None,
-    ) -> str:
-        """Start an episode and return its id."""
-        values = new_episode(
-            domain=domain,
-            method=method,
-            model=model,
-            task=task,
-            profile=profile,
-            settings=settings,
-        )
-        self.add(values)
-        return values["id"]
+    def begin(self, **values: Any) -> str:
+        """Start an episode, with the arguments of `new_episode`, and return its id."""
+        episode = new_episode(**values)
+        self.add(episode)
+        return episode["id"]
 
     def add(self, episode: Mapping[str, Any]) -> None:
         """Store an episode that `new_episode` made."""
@@ -382,13 +378,25 @@ def round_row(episode: str, round: Round) -> dict[str, Any]:
     }
 
 
-def new_episode(settings: Mapping[str, Any] | None = None, **values: str | None) -> dict[str, Any]:
-    """The row of an episode that begins now."""
+def new_episode(
+    *,
+    domain: str,
+    method: str,
+    model: str,
+    task: str,
+    profile: str | None = None,
+    settings: Mapping[str, Any] | None = None,
+) -> dict[str, Any]:
+    """The row of an episode that begins now; see `EpisodeInfo`."""
     return {
         "id": secrets.token_hex(4),
         "created": datetime.now(UTC).isoformat(timespec="seconds"),
+        "domain": domain,
+        "profile": profile,
+        "method": method,
+        "model": model,
+        "task": task,
         "settings": dumps(dict(settings or {})),
-        **values,
     }
 
 
@@ -406,3 +414,61 @@ def _info(row: Row[Any]) -> EpisodeInfo:
     values: dict[str, Any] = {each.name: getattr(row, each.name) for each in fields(EpisodeInfo)}
     values["settings"], values["first_words"] = json.loads(row.settings), line
     return EpisodeInfo(**values)
+
+
+def round_to_json(round: Round) -> str:
+    """Write a round as strict JSON in ASCII; see `belief_to_json`.
+
+    Raises:
+        GoalscopeError: A number is NaN or +inf.
+    """
+    return dumps({**_object_of(round), "belief": belief_to_json(round.belief)})
+
+
+def round_from_json(text: str) -> Round:
+    """Read what `round_to_json` wrote; the round is equal in every value."""
+    values: dict[str, Any] = json.loads(text)
+    belief, reading = values["belief"], values["reading"]
+    values["turn"] = Turn(**values["turn"])
+    values["belief"] = belief_from_json(belief)
+    values["reading"] = reading and _reading(reading)
+    values["changes"] = tuple(_with(GoalChange, each, goal=Goal) for each in values["changes"])
+    values["results"] = tuple(_with(StepResult, each, action=Action) for each in values["results"])
+    for name in ("pending", "released"):
+        values[name] = _orders(values[name])
+    for name in ("notes", "retracts"):
+        values[name] = tuple(values[name])
+    return Round(**values)
+
+
+def _with(kind: type[T], values: dict[str, Any], **inner: type[Any]) -> T:
+    """The dataclass of these values, some of which are dataclasses themselves."""
+    return kind(**values | {name: one(**values[name]) for name, one in inner.items()})
+
+
+def _reading(data: Mapping[str, Any]) -> Reading:
+    margins = None if data["margins"] is None else tuple(data["margins"])
+    return Reading(_orders(data["orders"]), data["log_probability"], margins)
+
+
+def _orders(data: Sequence[object]) -> tuple[Order, ...]:
+    return tuple(order_from_json(each) for each in data)
+
+
+def _object_of(value: Any) -> dict[str, Any]:
+    """A dataclass as a JSON object."""
+    if isinstance(value, Order):
+        return order_to_json(value)
+    return {field.name: getattr(value, field.name) for field in fields(value)}
+
+
+def dumps(value: object, *, sort_keys: bool = False) -> str:
+    """Strict JSON in ASCII; lone surrogates survive as escapes, dataclasses become objects.
+
+    Raises:
+        GoalscopeError: A number is NaN or infinite.
+    """
+    try:
+        return json.dumps(value, allow_nan=False, sort_keys=sort_keys, default=_object_of)
+    except ValueError as error:
+        raise GoalscopeError(f"This cannot be stored: {error}") from error

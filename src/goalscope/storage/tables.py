@@ -63,7 +63,7 @@ ROUNDS = Table(
     Column("json", Text, nullable=False),
     CheckConstraint("number >= 0"),
 )
-"""Rounds, as `round_json` writes them; the turn stands in columns of its own to be searched.
+"""Rounds, as `round_to_json` writes them; the turn stands in columns of its own to be searched.
 
 Tracking keeps the state before the first turn as round 0, which is no round of the episode.
 """

@@ -2,27 +2,31 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Mapping
-from dataclasses import fields
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
-from pydantic import ConfigDict, Field, ValidationError
-from pydantic.dataclasses import dataclass
+from annotated_types import Interval, Len, Predicate
 
 from goalscope.agent.agent import Method
 from goalscope.agent.settings import Domain
-from goalscope.base.inputs import nearest, read_table, shown
-from goalscope.base.types import InvalidInputError
+from goalscope.base.inputs import read_toml, shown, validated
 
 BEST = 3
 """The best rating (Sec. 5); the worst is 0."""
 
-Text = Annotated[str, Field(pattern=r"\S")]
-Count = Annotated[int, Field(ge=0, le=1_000_000)]
+
+def _is_not_blank(text: str) -> bool:
+    return bool(text.strip())
 
 
-@dataclass(frozen=True, slots=True, config=ConfigDict(extra="forbid", strict=True))
+Text = Annotated[str, Predicate(_is_not_blank)]
+Count = Annotated[int, Interval(ge=0, le=1_000_000)]
+
+
+@dataclass(frozen=True, slots=True)
 class Plan:
     """A study.
 
@@ -43,7 +47,7 @@ class Plan:
         seed: Of the choice and order of items.
     """
 
-    name: Annotated[str, Field(pattern="^[a-z0-9][a-z0-9-]{0,59}$")]
+    name: str
     consent: Text
     instructions: Text
     title: Text = "How well did the assistant do?"
@@ -51,43 +55,40 @@ class Plan:
         "How relevant and reasonable is this for the person's profile and the assistant's task? "
         "Please do not penalise inefficiency or repeats."
     )
-    scale: Annotated[tuple[str, ...], Field(strict=False, min_length=4, max_length=4)] = (
+    scale: Annotated[tuple[str, ...], Len(BEST + 1, BEST + 1)] = (
         "least reasonable", "less reasonable", "more reasonable", "most reasonable",
     )  # fmt: skip
     thanks: str = "You may close this page."
     domain: Domain | Literal[""] = ""
-    methods: Annotated[tuple[Method, ...], Field(strict=False)] = ()
+    methods: tuple[Method, ...] = ()
     transcript: bool = False
-    ratings_per_item: Annotated[Count, Field(ge=1)] = 5
-    items_per_participant: Annotated[Count, Field(ge=1, le=200)] = 10
-    min_explanation: Annotated[Count, Field(le=500)] = 20
+    ratings_per_item: Annotated[int, Interval(ge=1, le=1_000_000)] = 5
+    items_per_participant: Annotated[int, Interval(ge=1, le=200)] = 10
+    min_explanation: Annotated[int, Interval(ge=0, le=500)] = 20
     seed: Count = 0
+
+    def __post_init__(self) -> None:
+        """Refuse a name that cannot be a part of an address."""
+        if not re.fullmatch("[a-z0-9][a-z0-9-]{0,59}", self.name):
+            raise ValueError(
+                "'name' is part of the study's address: use up to 60 lowercase letters, digits "
+                f"and hyphens, not {shown(self.name)}."
+            )
 
 
 def read_plan(file: Path) -> Plan:
     """Read a study from a TOML file.
 
     Raises:
-        InvalidInputError: The file cannot be read, or has an unknown key or value; the message
-            names the place and the nearest known one.
+        InvalidInputError: The file cannot be read, or has an unknown key or value.
     """
-    return plan_of(read_table(file), file.name)
+    return read_toml(file, Plan)
 
 
 def plan_of(table: Mapping[str, Any], label: str) -> Plan:
-    """Read a study from a table of TOML or JSON; `label` names the table in messages.
+    """Read a study from a table of JSON; `label` names the table in messages.
 
     Raises:
         InvalidInputError: The table is invalid.
     """
-    try:
-        return Plan(**table)
-    except ValidationError as error:
-        fault = error.errors()[0]
-    key, *inner = map(str, fault["loc"])
-    if fault["type"] == "unexpected_keyword_argument":
-        hint = nearest(key, [each.name for each in fields(Plan)])
-        raise InvalidInputError(f"{label}: the key {shown(key)} is unknown; {hint}")
-    if fault["type"] == "missing" and not inner:
-        raise InvalidInputError(f"{label}: the key {key!r} is missing.")
-    raise InvalidInputError(f"{label}: {key!r}: {fault['msg']}, not {shown(fault['input'])}.")
+    return validated(table, Plan, label)

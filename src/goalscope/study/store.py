@@ -14,8 +14,7 @@ from sqlalchemy.exc import IntegrityError
 
 from goalscope.base.inputs import nearest
 from goalscope.base.types import ConflictError, InvalidInputError, Turn
-from goalscope.storage.round_json import dumps
-from goalscope.storage.store import Store
+from goalscope.storage.store import Store, dumps
 from goalscope.storage.tables import ANSWERS, ITEMS, PARTICIPANTS, STUDIES
 from goalscope.study.items import Item, chosen_episodes, item_of
 from goalscope.study.plan import Plan, plan_of
