@@ -8,8 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from goalscope.envs.house.simulator.geometry import moved
-from goalscope.envs.house.simulator.object_types import PREDICATES, object_type
-from goalscope.envs.house.simulator.objects import new_object
+from goalscope.envs.house.simulator.object_types import PREDICATES, new_object, object_type
 from goalscope.envs.house.simulator.scenes import load_scene, read_scene
 from goalscope.envs.house.simulator.state import Scene
 

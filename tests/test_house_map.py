@@ -10,8 +10,7 @@ from typing import Any
 import pytest
 
 from goalscope.envs.house.room_map import MOST, RADIUS, RoomMap
-from goalscope.envs.house.simulator.object_types import object_type, object_types
-from goalscope.envs.house.simulator.objects import new_object
+from goalscope.envs.house.simulator.object_types import new_object, object_type, object_types
 from goalscope.envs.house.simulator.scenes import read_scene
 from goalscope.envs.house.simulator.world import House
 from houses import do, house

@@ -11,8 +11,7 @@ from goalscope.base.types import Action
 from goalscope.envs import Resolution
 from goalscope.envs.house.actions import FILLS, IRREVERSIBLE, accepts, cooks
 from goalscope.envs.house.finding import EVERYTHING, Finder, Found, remains
-from goalscope.envs.house.simulator.object_types import ACTS, SINGLE
-from goalscope.envs.house.simulator.objects import slices_of
+from goalscope.envs.house.simulator.object_types import ACTS, SINGLE, slices_of
 from goalscope.envs.house.simulator.state import innermost, is_at, is_whole
 from goalscope.envs.house.view import View, readable
 from goalscope.language.orders import Order

@@ -15,7 +15,7 @@ from goalscope.base.text import terminal_safe
 from goalscope.base.types import pluralize
 from goalscope.envs.house.simulator.geometry import Box, box_of
 from goalscope.envs.house.simulator.state import innermost, is_whole
-from goalscope.envs.house.view import View
+from goalscope.envs.house.view import STATES, View
 
 WIDTH = 560
 """Width of a map, in px."""
@@ -29,8 +29,6 @@ GLYPH = 6.8  # px; mean width of a character
 COLUMN = 230.0  # px; least width of a column of the legend
 LONGEST = 60  # characters of a name
 COMPASS = ("north", "north-east", "east", "south-east", "south", "south-west", "west", "north-west")
-STATES = {"isOpen": "open", "isToggled": "on", "isCooked": "cooked", "isDirty": "dirty",
-          "isBroken": "broken", "isUsedUp": "used up"}  # fmt: skip
 LIGHT = {"paper": "#fff", "floor": "#f6f3ee", "edge": "#8d7b62", "piece": "#e2d9cb",
          "ink": "#2b2b2b", "soft": "#6b675f", "robot": "#0b7285", "changed": "#c2410c"}  # fmt: skip
 DARK = {"paper": "#1b1b1d", "floor": "#26262a", "edge": "#9a8f7c", "piece": "#45413a",
@@ -230,7 +228,7 @@ class RoomMap:
     def _text(self, own: str) -> str:
         """A thing's name and state, and what is in or on it."""
         thing = self._table[own]
-        states = [word for key, word in STATES.items() if thing[key]]
+        states = [word for key, word in STATES if thing[key]]
         states += [thing["temperature"].lower()] * (thing["temperature"] != "RoomTemp")
         if thing["isFilledWithLiquid"]:
             states.append(f"filled with {_clean(thing['fillLiquid'] or 'a liquid')}")

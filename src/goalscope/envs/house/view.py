@@ -14,7 +14,7 @@ from goalscope.envs.house.simulator.state import innermost, is_whole
 _UNKNOWN = "unknown thing"
 """What a thing of an unknown type is called: its type may be anyone's words."""
 
-_STATES = (
+STATES = (
     ("isOpen", "open"), ("isToggled", "on"), ("isSliced", "sliced"), ("isCooked", "cooked"),
     ("isBroken", "broken"), ("isDirty", "dirty"), ("isUsedUp", "used up"),
 )  # fmt: skip
@@ -77,17 +77,22 @@ class View:
             was: Its metadata before. Where nothing is new, the sentence says where it is.
         """
         thing, name = self.table[own], the(self.names[own])
+        new = self._new_states(thing, was)
+        if not new or (is_whole(thing) and self.where(thing) != self.where(was)):
+            new.append(self.where(thing))
+        return f"{name[:1].upper()}{name[1:]} {are(name)} {', '.join(new)}"
+
+    def _new_states(self, thing: Mapping[str, Any], was: Mapping[str, Any]) -> list[str]:
+        """The states that a thing was not in before: "open", "filled with water"."""
         new = [
             word if thing[key] else _ENDED.get(key, f"no longer {word}")
-            for key, word in _STATES
+            for key, word in STATES
             if thing[key] != was[key]
         ]
         if any(thing[key] != was[key] for key in ("isFilledWithLiquid", "fillLiquid")):
             liquid = thing["fillLiquid"] or "a liquid"
             new.append(f"filled with {liquid}" if thing["isFilledWithLiquid"] else "empty")
-        if not new or (is_whole(thing) and self.where(thing) != self.where(was)):
-            new.append(self.where(thing))
-        return f"{name[:1].upper()}{name[1:]} {are(name)} {', '.join(new)}"
+        return new
 
     def is_so(self, verb: str, things: Sequence[str]) -> str:
         """A sentence that tells that `verb` has nothing to do for the things of these ids."""
@@ -99,7 +104,7 @@ class View:
         state = next(iter(groups), "")
         if verb in ACTS:
             _, key, value = ACTS[verb]
-            state = dict(_STATES).get(key, "filled") if value else _ENDED.get(key, "empty")
+            state = dict(STATES).get(key, "filled") if value else _ENDED.get(key, "empty")
         told = [the(self.names[own]) for own in things[:_SHOWN]]
         more = f", and {len(things) - _SHOWN} more" if len(things) > _SHOWN else ""
         verb = are(told[0]) if len(things) == 1 else "are"
@@ -118,14 +123,7 @@ class View:
                 if parts:
                     yield own, f"{self.names[own]}: {', '.join(parts)}"
                 continue
-            parts = [
-                word if thing[key] else f"no longer {word}"
-                for key, word in _STATES
-                if thing[key] != was[key]
-            ]
-            if thing["isFilledWithLiquid"] != was["isFilledWithLiquid"]:
-                liquid = thing["fillLiquid"] or "liquid"
-                parts.append(f"filled with {liquid}" if thing["isFilledWithLiquid"] else "emptied")
+            parts = self._new_states(thing, was)
             if is_whole(thing) and self.where(thing) != self.where(was):
                 parts.append(f"now {self.where(thing)}")
             if parts:

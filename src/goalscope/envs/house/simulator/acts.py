@@ -8,8 +8,7 @@ from statistics import median
 from typing import Any
 
 from goalscope.envs.house.simulator.geometry import Box, Vec, box_of, spots, vec
-from goalscope.envs.house.simulator.object_types import LIQUIDS, SINGLE, object_type
-from goalscope.envs.house.simulator.objects import slices_of
+from goalscope.envs.house.simulator.object_types import LIQUIDS, SINGLE, object_type, slices_of
 from goalscope.envs.house.simulator.state import ENCLOSING, Failure, State, is_whole, number
 
 _ONLY_WATER = frozenset({"HousePlant", "Kettle", "Pot", "WateringCan"})
@@ -118,26 +117,6 @@ def _drop_hand_object(state: State, forceAction: bool = False) -> dict[str, floa
     return dict(thing["position"])
 
 
-def _push_object(
-    state: State, objectId: str, moveMagnitude: str | float = "50", forceAction: bool = False
-) -> None:
-    _slide(state, objectId, moveMagnitude, forceAction, 1)
-
-
-def _pull_object(
-    state: State, objectId: str, moveMagnitude: str | float = "50", forceAction: bool = False
-) -> None:
-    _slide(state, objectId, moveMagnitude, forceAction, -1)
-
-
-def _toggle_object_on(state: State, objectId: str, forceAction: bool = False) -> None:
-    _toggle(state, objectId, forceAction, on=True)
-
-
-def _toggle_object_off(state: State, objectId: str, forceAction: bool = False) -> None:
-    _toggle(state, objectId, forceAction, on=False)
-
-
 def _slice_object(state: State, objectId: str, forceAction: bool = False) -> None:
     thing = state.target(objectId, force=forceAction)
     if not thing["sliceable"]:
@@ -168,23 +147,6 @@ def _break_object(state: State, objectId: str, forceAction: bool = False) -> Non
         _replace(state, thing)
 
 
-def _cook_object(state: State, objectId: str, forceAction: bool = False) -> None:
-    thing = state.target(objectId, force=forceAction)
-    if not thing["cookable"]:
-        raise Failure(f"{objectId} does not have the CanBeCooked property!")
-    if thing["isCooked"]:
-        raise Failure(f"{objectId} is already Toasted!")
-    thing["isCooked"] = True
-
-
-def _dirty_object(state: State, objectId: str, forceAction: bool = False) -> None:
-    _soil(state, objectId, forceAction, dirty=True)
-
-
-def _clean_object(state: State, objectId: str, forceAction: bool = False) -> None:
-    _soil(state, objectId, forceAction, dirty=False)
-
-
 def _fill_object(state: State, objectId: str, fillLiquid: str, forceAction: bool = False) -> None:
     thing = state.target(objectId, force=forceAction)
     if not thing["canFillWithLiquid"]:
@@ -212,13 +174,82 @@ def _empty_object(state: State, objectId: str, forceAction: bool = False) -> Non
     thing["isFilledWithLiquid"], thing["fillLiquid"] = False, None
 
 
-def _use_up_object(state: State, objectId: str, forceAction: bool = False) -> None:
-    thing = state.target(objectId, force=forceAction)
-    if not thing["canBeUsedUp"]:
-        raise Failure(f"{objectId} does not have CanBeUsedUp property!")
-    if thing["isUsedUp"]:
-        raise Failure("object already used up!")
-    thing["isUsedUp"] = True
+def _setting(flag: str, key: str, value: bool, lacking: str, already: str) -> Callable[..., None]:
+    """An act that sets one state of an object that has the flag; {} in messages is its id."""
+
+    def act(state: State, objectId: str, forceAction: bool = False) -> None:
+        thing = state.target(objectId, force=forceAction)
+        if not thing[flag]:
+            raise Failure(lacking.format(objectId))
+        if thing[key] == value:
+            raise Failure(already.format(objectId))
+        thing[key] = value
+
+    return act
+
+
+def _toggling(on: bool) -> Callable[..., None]:
+    word = "on" if on else "off"
+
+    def act(state: State, objectId: str, forceAction: bool = False) -> None:
+        thing = state.target(objectId, force=forceAction)
+        if thing["objectType"] == "StoveBurner":
+            raise Failure(
+                "target object is controlled by another sim object. "
+                "target object cannot be turned on/off directly"
+            )
+        if not thing["toggleable"]:
+            raise Failure("object is not toggleable.")
+        if thing["isToggled"] == on:
+            raise Failure(f"can't toggle object {word} if it's already {word}!")
+        if on and thing["isBroken"] and thing["objectType"] in _WORKS_NO_MORE:
+            raise Failure("Target is broken and cannot be Toggled On!")
+        if on and thing["objectType"] == "Microwave" and thing["isOpen"]:
+            raise Failure("Target must be closed to Toggle On!")
+        for own in (objectId, *(thing["controlledObjects"] or ())):
+            if own in state.objects:
+                state.objects[own]["isToggled"] = on
+
+    return act
+
+
+def _sliding(sign: int) -> Callable[..., None]:
+    """Push or pull along the agent's gaze: a heavy thing moves less, and none leaves the room."""
+
+    def act(
+        state: State, objectId: str, moveMagnitude: str | float = "50", forceAction: bool = False
+    ) -> None:
+        thing = state.target(objectId, force=forceAction)
+        if not (thing["moveable"] or thing["pickupable"]):
+            raise Failure(
+                f"Target object {objectId} is not Moveable or Pickupable, "
+                "it can't be pushed or pulled."
+            )
+        if objectId == state.held:
+            raise Failure("Target object is in the agent's hand, it can't be pushed or pulled.")
+        try:
+            newtons = float(moveMagnitude)
+        except (TypeError, ValueError, OverflowError):
+            newtons = math.nan
+        if not 0 <= newtons <= MOST_PUSH:
+            raise Failure("Please give a moveMagnitude between 0 and 200", "InvalidArgument")
+        way = min(newtons / (50 * max(thing["mass"], 0.5)), 1.0) * sign
+        yaw = math.radians(state.pose.yaw)
+        x, y, z = vec(thing["position"])
+        place = [x + way * math.sin(yaw), z + way * math.cos(yaw)]
+        held_in = [each for each in state.parents(thing) if each["objectType"] != "Floor"]
+        area = box_of(held_in[0]) if held_in else state.floor
+        box = box_of(thing)
+        for i, axis in ((0, 0), (1, 2)):
+            middle = box.center[axis] - (x, y, z)[axis]
+            room = max((area.size[axis] - box.size[axis]) / 2, 0.0)
+            low, high = area.center[axis] - room - middle, area.center[axis] + room - middle
+            place[i] = min(max(place[i], low), high)
+        state.shift(thing, (place[0], y, place[1]))
+        if not thing["pickupable"]:
+            state.survey()
+
+    return act
 
 
 ACTS: Mapping[str, Callable[..., Any]] = {
@@ -227,88 +258,37 @@ ACTS: Mapping[str, Callable[..., Any]] = {
     "PickupObject": _pickup_object,
     "PutObject": _put_object,
     "DropHandObject": _drop_hand_object,
-    "PushObject": _push_object,
-    "PullObject": _pull_object,
-    "ToggleObjectOn": _toggle_object_on,
-    "ToggleObjectOff": _toggle_object_off,
+    "PushObject": _sliding(1),
+    "PullObject": _sliding(-1),
+    "ToggleObjectOn": _toggling(on=True),
+    "ToggleObjectOff": _toggling(on=False),
     "FillObjectWithLiquid": _fill_object,
     "EmptyLiquidFromObject": _empty_object,
     "SliceObject": _slice_object,
-    "CookObject": _cook_object,
+    "CookObject": _setting(
+        "cookable", "isCooked", True,
+        "{} does not have the CanBeCooked property!", "{} is already Toasted!",
+    ),
     "BreakObject": _break_object,
-    "DirtyObject": _dirty_object,
-    "CleanObject": _clean_object,
-    "UseUpObject": _use_up_object,
-}
+    "DirtyObject": _setting(
+        "dirtyable", "isDirty", True,
+        "{} does not have dirtyable property!", "{} is already dirty!",
+    ),
+    "CleanObject": _setting(
+        "dirtyable", "isDirty", False,
+        "{} does not have dirtyable property!", "{} is already Clean!",
+    ),
+    "UseUpObject": _setting(
+        "canBeUsedUp", "isUsedUp", True,
+        "{} does not have CanBeUsedUp property!", "object already used up!",
+    ),
+}  # fmt: skip
 """AI2-THOR's name of each act; the arguments after the state are AI2-THOR's, too."""
 
 
 def _let_go(state: State, thing: dict[str, Any]) -> None:
     thing["isPickedUp"] = False
     state.held = None
-
-
-def _toggle(state: State, object_id: str, force: bool, *, on: bool) -> None:
-    thing = state.target(object_id, force=force)
-    if thing["objectType"] == "StoveBurner":
-        raise Failure(
-            "target object is controlled by another sim object. "
-            "target object cannot be turned on/off directly"
-        )
-    if not thing["toggleable"]:
-        raise Failure("object is not toggleable.")
-    if thing["isToggled"] == on:
-        word = "on" if on else "off"
-        raise Failure(f"can't toggle object {word} if it's already {word}!")
-    if on and thing["isBroken"] and thing["objectType"] in _WORKS_NO_MORE:
-        raise Failure("Target is broken and cannot be Toggled On!")
-    if on and thing["objectType"] == "Microwave" and thing["isOpen"]:
-        raise Failure("Target must be closed to Toggle On!")
-    for own in (object_id, *(thing["controlledObjects"] or ())):
-        if own in state.objects:
-            state.objects[own]["isToggled"] = on
-
-
-def _soil(state: State, object_id: str, force: bool, *, dirty: bool) -> None:
-    thing = state.target(object_id, force=force)
-    if not thing["dirtyable"]:
-        raise Failure(f"{object_id} does not have dirtyable property!")
-    if thing["isDirty"] == dirty:
-        raise Failure(f"{object_id} is already {'dirty' if dirty else 'Clean'}!")
-    thing["isDirty"] = dirty
-
-
-def _slide(state: State, object_id: str, magnitude: str | float, force: bool, sign: int) -> None:
-    """Push or pull along the agent's gaze: a heavy thing moves less, and none leaves the room."""
-    thing = state.target(object_id, force=force)
-    if not (thing["moveable"] or thing["pickupable"]):
-        raise Failure(
-            f"Target object {object_id} is not Moveable or Pickupable, "
-            "it can't be pushed or pulled."
-        )
-    if object_id == state.held:
-        raise Failure("Target object is in the agent's hand, it can't be pushed or pulled.")
-    try:
-        newtons = float(magnitude)
-    except (TypeError, ValueError, OverflowError):
-        newtons = math.nan
-    if not 0 <= newtons <= MOST_PUSH:
-        raise Failure("Please give a moveMagnitude between 0 and 200", "InvalidArgument")
-    way = min(newtons / (50 * max(thing["mass"], 0.5)), 1.0) * sign
-    yaw = math.radians(state.pose.yaw)
-    x, y, z = vec(thing["position"])
-    place = [x + way * math.sin(yaw), z + way * math.cos(yaw)]
-    held_in = [each for each in state.parents(thing) if each["objectType"] != "Floor"]
-    area = box_of(held_in[0]) if held_in else state.floor
-    box = box_of(thing)
-    for i, axis in ((0, 0), (1, 2)):
-        middle = box.center[axis] - (x, y, z)[axis]
-        room = max((area.size[axis] - box.size[axis]) / 2, 0.0)
-        low, high = area.center[axis] - room - middle, area.center[axis] + room - middle
-        place[i] = min(max(place[i], low), high)
-    state.shift(thing, (place[0], y, place[1]))
-    if not thing["pickupable"]:
-        state.survey()
 
 
 def _replace(state: State, thing: dict[str, Any]) -> None:

@@ -1,14 +1,18 @@
-"""AI2-THOR's object types: names, affordances, sizes, places; and the states of objects."""
+"""AI2-THOR's object types, the states of objects, and the metadata of new objects."""
 
 from __future__ import annotations
 
 import csv
-from collections.abc import Iterable
+import math
+import re
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from functools import cache
 from importlib.resources import files
+from typing import Any
 
 from goalscope.base.inputs import shown
+from goalscope.envs.house.simulator.geometry import Vec, as_dict, box_metadata, box_of, vec
 
 FLAGS = (
     "pickupable",
@@ -152,3 +156,130 @@ def unfit_state(name: str, value: object, types: Iterable[str]) -> str:
     if flag and not any(flag in object_types()[kind].flags for kind in types):
         return f"{name!r} does not fit {' or '.join(types[:5])}, which is not {flag}."
     return ""
+
+
+_NAMES = {
+    "Apple": "AppleSliced",
+    "Bread": "BreadSliced",
+    "Egg": "EggCracked",
+    "Lettuce": "LettuceSliced",
+    "Potato": "PotatoSliced",
+    "Tomato": "TomatoSliced",
+}
+_USUAL = {"Apple": 3, "Bread": 7, "Egg": 1, "Lettuce": 7, "Potato": 8, "Tomato": 7}
+_BY_ASSET = {
+    "Bread": {5: (6, 7, 11, 12), 6: (4, 5, 13, 14, 15, 22, 23, 24), 8: (28, 29, 30),
+              9: (1, 2, 3, 16, 17, 18)},
+    "Lettuce": {8: (1, 2, 3, 4, 5, 6, 7, 8, 9, 10)},
+    "Potato": {6: tuple(range(21, 31)), 9: tuple(range(11, 21))},
+}  # fmt: skip
+"""Number of pieces, for the numbers of AI2-THOR's assets that differ from the usual one."""
+
+
+def new_object(kind: ObjectType, position: Vec, size: Vec, rotation: float) -> dict[str, Any]:
+    """AI2-THOR's metadata of an object with its underside's middle at `position`."""
+    can = {flag: flag in kind.flags for flag in FLAGS}
+    fixed = not (can["pickupable"] or can["moveable"])
+    x, y, z = position
+    turn = math.radians(rotation)
+    cos, sin = math.cos(turn), math.sin(turn)
+    corners = [
+        [x + a * size[0] / 2 * cos + b * size[2] / 2 * sin, up,
+         z - a * size[0] / 2 * sin + b * size[2] / 2 * cos]
+        for up in (y, y + size[1])
+        for a, b in ((1, 1), (-1, 1), (-1, -1), (1, -1))
+    ]  # fmt: skip
+    width = abs(size[0] * cos) + abs(size[2] * sin)
+    depth = abs(size[0] * sin) + abs(size[2] * cos)
+    return {
+        "name": "",
+        "position": as_dict(position),
+        "rotation": {"x": 0.0, "y": rotation % 360, "z": 0.0},
+        "visible": False,
+        "isInteractable": False,
+        **can,
+        **{state: False for state in STATES if state.startswith("is")},
+        "fillLiquid": None,
+        "temperature": "RoomTemp",
+        "openness": 0.0,
+        "mass": kind.mass,
+        "salientMaterials": list(kind.materials) or None,
+        "receptacleObjectIds": [] if can["receptacle"] else None,
+        "distance": 0.0,
+        "objectType": kind.name,
+        "objectId": "|".join([kind.name, *(f"{round(v, 2) + 0.0:+06.2f}" for v in position)]),
+        "assetId": "",
+        "parentReceptacles": None,
+        "controlledObjects": None,
+        "isMoving": False,
+        "axisAlignedBoundingBox": box_metadata((x, y + size[1] / 2, z), (width, size[1], depth)),
+        "objectOrientedBoundingBox": None if fixed else {"cornerPoints": corners},
+    }
+
+
+def new_floor(width: float, depth: float) -> dict[str, Any]:
+    """AI2-THOR's metadata of a floor from x = 0 and z = 0, with its top at y = 0."""
+    size = (width, 0.1, depth)
+    kind = ObjectType("Floor", frozenset({"receptacle"}), (), 0.0, size, frozenset())
+    floor = new_object(kind, (width / 2, 0.0, depth / 2), size, 0.0)
+    floor["axisAlignedBoundingBox"] = box_metadata((width / 2, -0.05, depth / 2), size)
+    return floor
+
+
+def pieces(kind: str) -> str:
+    """The type of what is there once a thing of this type is sliced or cracked; "" without one."""
+    return _NAMES.get(kind, "")
+
+
+def slices_of(thing: Mapping[str, Any]) -> list[dict[str, Any]]:
+    """Metadata of the pieces; the first one of a loaf is its end, a Bread."""
+    kind = thing["objectType"]
+    if kind not in _NAMES:
+        return []
+    digits = re.search(r"_(\d{1,4})$", thing["assetId"])
+    asset = int(digits[1]) if digits else -1
+    counts = _BY_ASSET.get(kind, {}).items()
+    count = next((number for number, assets in counts if asset in assets), _USUAL[kind])
+    width = max((0, 2), key=lambda axis: box_of(thing).size[axis])
+    pieces: list[dict[str, Any]] = []
+    for number in range(count):
+        name = "Bread" if kind == "Bread" and number == 0 else _NAMES[kind]
+        piece = _piece(thing, name, f"{thing['objectId']}|{name}_{number}")
+        position = list(vec(thing["position"]))
+        length = box_of(thing).size[width]
+        position[width] += length * ((number + 0.5) / count - 0.5)
+        piece["position"] = as_dict((position[0], position[1], position[2]))
+        piece["axisAlignedBoundingBox"] = _box(piece)
+        pieces.append(piece)
+    return pieces
+
+
+def _piece(thing: Mapping[str, Any], name: str, own: str) -> dict[str, Any]:
+    known = object_type(name)
+    flags = {flag: flag in known.flags for flag in FLAGS}
+    if name == "Bread":
+        flags["sliceable"] = False
+    return {
+        **thing,
+        **flags,
+        "name": own,
+        "objectId": own,
+        "objectType": name,
+        "assetId": "",
+        "isSliced": False,
+        "isBroken": False,
+        "isPickedUp": False,
+        "isCooked": thing["isCooked"] and flags["cookable"],
+        "mass": known.mass,
+        "parentReceptacles": None,
+        "receptacleObjectIds": None,
+        "objectOrientedBoundingBox": None,
+    }
+
+
+def _box(piece: Mapping[str, Any]) -> dict[str, Any]:
+    x, y, z = vec(piece["position"])
+    width, height, depth = object_type(piece["objectType"]).size
+    if piece["objectType"] == "Bread":
+        width = depth = 0.05
+    return box_metadata((x, y, z), (width, height, depth))

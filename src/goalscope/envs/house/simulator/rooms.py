@@ -20,10 +20,11 @@ from goalscope.envs.house.simulator.object_types import (
     SINGLE,
     STATES,
     ObjectType,
+    new_floor,
+    new_object,
     object_types,
     unfit_state,
 )
-from goalscope.envs.house.simulator.objects import new_floor, new_object
 from goalscope.envs.house.simulator.state import ENCLOSING, EYE_HEIGHT, Scene, State
 
 MOST_OBJECTS = 200
