@@ -14,7 +14,6 @@ from typing import Any
 
 import pytest
 
-from goalscope.base.types import InvalidInputError
 from goalscope.envs.house.simulator.object_types import PREDICATES
 from goalscope.envs.house.simulator.scenes import load_scene
 from houses import facts, house, named, run
@@ -133,39 +132,6 @@ def test_each_difference_to_a_recording_is_counted_once(
     assert len(agreement.examples) == sum(missed.values()) + sum(extra.values())
 
 
-def test_refusals_are_told_with_the_houses_message(tmp_path: Path) -> None:
-    episode = record(*STEPS)
-    first_fails(episode)
-    failed_one_succeeds(episode)
-    agreement = compare(tmp_path / "episode.jsonl", episode)
-    assert agreement.refused == Counter(
-        {
-            ("OpenObject", "succeeded"): 1,
-            ("OpenObject", f"{episode[3]['action']['objectId']} is not an Openable object"): 1,
-        }
-    )
-    assert agreement.success_agreement == 0.5
-    assert {each["count"] for each in agreement.as_json()["refused"]} == {1}
-
-
-def test_counts_add_up_over_episodes_and_are_written_for_machines(tmp_path: Path) -> None:
-    episode = record(*STEPS)
-    last_toggles_a_tap(episode)
-    path = write(tmp_path / "episode.jsonl", episode)
-    agreement = Agreement()
-    assert (agreement.success_agreement, agreement.f1) == (1.0, 1.0)
-    for _ in range(3):
-        compare_episode(path, agreement)
-    written = json.loads(json.dumps(agreement.as_json()))
-    assert (written["steps"], written["precision"], written["recall"]) == (12, 1.0, 15 / 18)
-    assert written["f1"] == pytest.approx(2 * 15 / 33)
-    assert written["differences"] == [
-        {"kind": "missed", "action": "PutObject", "predicate": "isToggled", "count": 3}
-    ]
-    assert written["examples"][0].startswith("missed: PutObject: Faucet|")
-    assert written["examples"][0].endswith("isToggled -> True")
-
-
 @pytest.mark.parametrize("predicate", PREDICATES)
 def test_every_predicate_counts(predicate: str) -> None:
     value = {"parentReceptacles": ["Sink"], "temperature": "Hot"}.get(predicate, True)
@@ -174,43 +140,6 @@ def test_every_predicate_counts(predicate: str) -> None:
     assert not triples({"Cup": {predicate: value}}, {"Cup": {predicate: value}})
     one, other = ({"Cup": {"parentReceptacles": each}} for each in (["A", "B"], ["B", "A"]))
     assert not triples(one, other)
-
-
-@pytest.mark.parametrize(
-    ("data", "message"),
-    [
-        (b"[1]\n", "line 1: not a JSON object"),
-        (b'{"action": {}}\n', "line 1: expected the keys 'action' and 'metadata'"),
-        (b'{"action": 1, "metadata": {}}\n', "line 1: expected the keys"),
-        (b"{\n", "line 1: not a JSON object"),
-        (b"\xff\n", "cannot be read"),
-    ],
-)
-def test_what_is_no_recording_is_refused(tmp_path: Path, data: bytes, message: str) -> None:
-    path = tmp_path / "bad.jsonl"
-    path.write_bytes(data)
-    with pytest.raises(InvalidInputError, match=f"bad.jsonl.*{message}"):
-        compare_episode(path, Agreement())
-
-
-def test_a_recording_of_another_schema_is_refused(tmp_path: Path) -> None:
-    episode = record("OpenObject Fridge")
-    episode[0]["metadata"]["objects"][3]["position"] = "here"
-    with pytest.raises(InvalidInputError, match=r"line 1, object 4 .*'position' must be"):
-        compare(tmp_path / "odd.jsonl", episode)
-
-
-def test_recordings_are_files_and_what_folders_hold(tmp_path: Path) -> None:
-    for name in ("b.jsonl.gz", "a.jsonl", "notes.txt"):
-        write(tmp_path / name, [])
-    assert [each.name for each in recordings([tmp_path])] == ["a.jsonl", "b.jsonl.gz"]
-    assert recordings([tmp_path / "notes.txt"]) == [tmp_path / "notes.txt"]
-    assert list(rows(tmp_path / "a.jsonl")) == []
-    with pytest.raises(InvalidInputError, match="There is no file"):
-        recordings([tmp_path / "c.jsonl"])
-    (tmp_path / "empty").mkdir()
-    with pytest.raises(InvalidInputError, match=r"holds no \.jsonl"):
-        recordings([tmp_path / "empty"])
 
 
 ACTS = ["Open Fridge", "Pickup Egg", "Place CounterTop", "Slice Apple", "ToggleOn StoveKnob"]
@@ -261,26 +190,6 @@ def test_a_game_is_judged_by_its_end() -> None:
     assert agreement.missed == Counter({("game", "isDirty"): 1})
 
 
-def test_only_what_the_driver_did_with_success_is_done_again() -> None:
-    row = game(*ACTS)
-    row["interactions"][0]["success"] = False
-    row["interactions"][3]["agent"] = "commander"
-    agreement = replay(row)
-    assert (agreement.steps, agreement.agreed) == (3, 3)
-    assert ("game", "isOpen") in agreement.missed
-    assert ("game", "isSliced") in agreement.missed
-
-
-def test_what_the_house_refuses_is_told_by_types() -> None:
-    row = game("Open Fridge")
-    row["interactions"].append(row["interactions"][0] | {"action": "Pickup", "t": 2})
-    row["interactions"].append(row["interactions"][0] | {"action": "Pour", "t": 3})
-    message = "Fridge must have the property CanPickup to be picked up."
-    assert replay(row).refused == Counter(
-        {("Pickup", message): 1, ("Pour", "Nothing to pour from."): 1}
-    )
-
-
 def test_pouring_empties_the_one_and_fills_the_other() -> None:
     row = game("Pickup WineBottle")
     ids = {each["objectType"]: each["objectId"] for each in row["initial_objects"]}
@@ -297,24 +206,6 @@ def test_what_is_hot_cools_while_the_person_waits() -> None:
     assert not agreement.extra
     row["interactions"][1]["t"] = 30
     assert replay(row).extra == Counter({("game", "temperature"): 1})
-
-
-def test_games_are_read_with_their_scenes(tmp_path: Path) -> None:
-    home = house()
-    things = {each["objectId"]: each for each in home.metadata()["objects"]}
-    (tmp_path / "Kitchen1.json.gz").write_bytes(gzip.compress(json.dumps(things).encode()))
-    path = write(tmp_path / "games.jsonl.gz", [game("Open Fridge"), game("Slice Apple")])
-    agreement = Agreement()
-    replay_games(path, tmp_path, agreement)
-    assert (agreement.steps, agreement.f1) == (2, 1.0)
-    row = game("Open Fridge")
-    del row["final_objects"]
-    write(path, [row])
-    with pytest.raises(InvalidInputError, match=r"line 1: not a TEACh game .*'final_objects'"):
-        replay_games(path, tmp_path, agreement)
-    write(path, [game("Open Fridge") | {"world": "Nowhere"}])
-    with pytest.raises(InvalidInputError, match=r"Cannot read the scene Nowhere\.json\.gz"):
-        replay_games(path, tmp_path, agreement)
 
 
 def test_the_script_tells_and_writes_the_figures(

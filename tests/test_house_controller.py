@@ -39,18 +39,10 @@ def test_a_scene_is_a_name_a_scene_or_a_file(tmp_path: Path) -> None:
         HouseController("")
 
 
-@pytest.mark.parametrize(
-    ("arguments", "message"),
-    [
-        ({"action": None}, "None is not an action"),
-        ({"action": "OpenObject"}, "needs the argument 'objectId'"),
-        ({"action": "Teleport", "x": "far"}, "position.x must be a number"),
-    ],
-)
-def test_bad_actions_raise_value_error(arguments: Any, message: str) -> None:
+def test_bad_actions_raise_value_error() -> None:
     controller = HouseController("Kitchen1")
-    with pytest.raises(ValueError, match=message):
-        controller.step(**arguments)
+    with pytest.raises(ValueError, match=r"position\.x must be a number"):
+        controller.step("Teleport", x="far")
     assert not controller.last_event
 
 
