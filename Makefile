@@ -25,10 +25,6 @@ WRITER := models/qwen2.5-coder-1.5b-instruct-q4_k_m.gguf
 FIT := $(BIN)/goalscope fit --start none --out adapters
 SHORT := --steps 100 --every 100 --validation 20
 
-OTHERS := corpus/reading/others/train
-LANGUAGES := --domain grocery --domain house --domain corpus/reading/others/verbs.toml
-RECIPES := $(wildcard $(GOALSCOPE_DATA)/grocery/recipes_dev.jsonl.gz)
-
 .PHONY: help demo demo-web test test-all slow torch servers check package audit docs reliability fuzz pictures recording bench results adapter reader writer lock
 
 help:
@@ -59,8 +55,8 @@ servers:  ## Debian's programs that some tests need, which are skipped without t
 		DEBIAN_FRONTEND=noninteractive apt-get install --quiet=2 --yes --no-install-recommends postgresql chromium; }
 
 check: $(READY)  ## format, lint, types
-	$(BIN)/ruff format --check src tests benchmarks docs examples corpus weights hatch_build.py
-	$(BIN)/ruff check src tests benchmarks docs examples corpus weights hatch_build.py
+	$(BIN)/ruff format --check src tests benchmarks docs examples training weights hatch_build.py
+	$(BIN)/ruff check src tests benchmarks docs examples training weights hatch_build.py
 	$(BIN)/pyright --pythonpath $(BIN)/python
 
 # The source of the first has no weights, and depends on the second.
@@ -140,10 +136,10 @@ adapters/general/adapter.gguf: adapters/general-3/adapter.gguf
 		adapters/needs.jsonl adapters/talks.jsonl --seed 2 --steps 480 --every 240 --validation 64
 
 adapters/needs.jsonl: | $(READY)
-	$(BIN)/python corpus/cases.py $@ src/goalscope/envs/scenarios --asides corpus/reading/train
+	$(BIN)/python training/cases.py $@ src/goalscope/envs/scenarios --asides corpus/reading/train
 
 adapters/talks.jsonl: | $(READY)
-	$(BIN)/python corpus/cases.py $@ corpus/talks/train
+	$(BIN)/python training/cases.py $@ corpus/talks/train
 
 adapters/without-%/adapter.gguf: | $(READY)
 	$(FIT)/without-$* $(foreach set,$(filter-out $*,$(SETS)),"$(FIT_$(set))") $(SHORT)
@@ -159,13 +155,8 @@ reader writer: %: adapters/%/adapter.gguf  ## the adapter that reads, and the on
 	cp $(addprefix adapters/$@/,adapter.gguf fit.json) src/goalscope/models/$@/
 
 # Some hours on two cores, minutes on a GPU; each goes on where it stopped.
-adapters/reader/adapter.gguf: | $(READY)
-	$(BIN)/goalscope fit-writer corpus/reading/train $(OTHERS) $(OTHERS) --out adapters/reader --rank 16 --epochs 3 \
-		--validate corpus/reading/dev $(LANGUAGES)
-
-adapters/writer/adapter.gguf: | $(READY)
-	$(BIN)/goalscope fit-writer src/goalscope/envs/scenarios corpus/talks/train $(RECIPES) --out adapters/writer --epochs 4 \
-		--validate corpus/needs/dev --validate corpus/talks/dev
+adapters/reader/adapter.gguf adapters/writer/adapter.gguf: adapters/%/adapter.gguf: | $(READY)
+	$(BIN)/python training/fit_$*.py --out adapters/$*
 
 lock:  ## pin the newest versions that pyproject.toml allows
 	$(LOCK) --upgrade --extra cluster --extra experiments --extra mcp --extra postgres --extra remote \

@@ -106,7 +106,6 @@ PATHS = [
     ("infer", "ROWS", "--out", "o.jsonl", "--calibration", "@"),
     ("infer", "ROWS", "--out", "o.jsonl", "--model", "@"),
     ("infer", "ROWS", "--out", "o.jsonl", "--adapter", "@"),
-    ("fit-writer", "@", "--out", "fitted"),
     ("calibrate", "@"),
     ("report", "@"),
     ("experiment", "run", "@"),

@@ -7,17 +7,17 @@ from itertools import islice
 import numpy as np
 import pytest
 
+from command import run
+from corpus import Talk
 from fits import OLD_NAME, tiny_folder
 from goalscope.base.types import InvalidInputError, Turn
 from goalscope.envs.scenarios import Scenario
 from goalscope.experiment.reading_scores import Language, Line
-from goalscope.fitting.corpus import Talk
-from goalscope.fitting.lessons import lessons_of
-from goalscope.fitting.writing import WritingSettings, fit_writing
 from goalscope.language.orders import Order, Verb
 from goalscope.models.adapters import FITTED_TASK, adapter_metadata, read_adapter
 from goalscope.models.torch.model import Transformers
-from test_cli import invoke
+from lessons import lessons_of
+from writing import WritingSettings, fit_writing
 
 pytestmark = OLD_NAME
 LANGUAGES = {"grocery": Language((Verb("add", ""), Verb("clear", "", ())), "You sell food.", ())}
@@ -62,7 +62,7 @@ def test_a_fit_learns_and_says_what_it_is_for(tiny, tmp_path):
 
 
 def test_a_stopped_fit_ends_as_one_that_was_not(tiny, tmp_path, monkeypatch):
-    monkeypatch.setattr("goalscope.fitting.writing.KEPT", 1)
+    monkeypatch.setattr("writing.KEPT", 1)
     whole = tiny()
     list(fit(whole, tmp_path / "whole"))
     list(islice(fit(tiny(), tmp_path / "parts"), 2))
@@ -75,13 +75,6 @@ def test_a_stopped_fit_ends_as_one_that_was_not(tiny, tmp_path, monkeypatch):
     for place, pair in one.layers.items():
         for a, b in zip(pair, two.layers[place], strict=True):
             np.testing.assert_allclose(a, b, atol=1e-3)
-
-
-def test_another_corpus_does_not_go_on(tiny, tmp_path, monkeypatch):
-    monkeypatch.setattr("goalscope.fitting.writing.KEPT", 1)
-    list(islice(fit(tiny(), tmp_path / "out"), 1))
-    with pytest.raises(InvalidInputError, match="another corpus"):
-        next(fit(tiny(), tmp_path / "out", taught=LINES[:2]))
 
 
 def test_in_the_end_it_tells_how_well_each_kind_is_known(tiny, tmp_path):
@@ -97,25 +90,20 @@ def test_in_the_end_it_tells_how_well_each_kind_is_known(tiny, tmp_path):
     assert facts["corpus"]["files"] == ["ann"]
 
 
-def test_the_command_teaches_and_measures(tiny, tmp_path):
+def test_a_script_fits_and_measures(tiny, tmp_path, monkeypatch):
     tiny()
     corpus = tmp_path / "corpus.jsonl"
     own = {"id": "a-1", "domain": "grocery"}
-    turns = [{"query": "?", "utterance": "tea"}]
     rows = [
         own | {"message": "tea", "orders": [{"do": "add", "what": "tea"}]},
-        own | {"goals": ["drink tea"], "turns": turns},
+        own | {"goals": ["drink tea"], "turns": [{"query": "?", "utterance": "tea"}]},
     ]
     corpus.write_text("".join(json.dumps(each) + "\n" for each in rows))
-    words = ["--model", tmp_path / "tiny", "--device", "cpu", "--epochs", 2, "--rank", 2]
     out = tmp_path / "out"
-    done = invoke("fit-writer", corpus, "--out", out, "--validate", corpus, *words)
-    assert done.exit_code == 0, done.stderr
-    assert f"--adapter {out}" in done.stderr.replace("\n", "")
+    words = ["fit.py", "--model", tmp_path / "tiny", "--device", "cpu", "--out", out]
+    monkeypatch.setattr("sys.argv", [*map(str, words)])
+    settings = WritingSettings(rank=2, epochs=2)
+    run("reader", [corpus], settings, validate=[corpus], domains=["grocery"])
     facts = json.loads((out / "fit.json").read_text())
     assert facts["corpus"]["counts"] == {"messages, grocery": 1, "points of talks, grocery": 1}
     assert {*facts["validation"]} == {"goals", "question", "reading"}
-    corpus.write_text('{"goals": []}\n')
-    refused = invoke("fit-writer", corpus, "--out", tmp_path / "other", *words)
-    assert refused.exit_code == 2
-    assert "corpus.jsonl, line 1: 'turns'" in refused.stderr

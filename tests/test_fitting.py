@@ -26,8 +26,8 @@ from fits import (
 )
 from goalscope.base.types import UNSPECIFIED, GoalscopeError, Turn
 from goalscope.datasets import Case
-from goalscope.fitting.fit import Fit, Settings, Validation, _by_truth, _goals_loss, _scores
 from goalscope.fitting.learner import Example, Learner
+from goalscope.fitting.train import Fit, Settings, Validation, _by_truth, _goals_loss, _scores
 from test_datasets import refused
 
 torch = pytest.importorskip("torch")

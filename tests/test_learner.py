@@ -14,8 +14,8 @@ import fits
 from fits import GOALS, OLD_NAME, QUICK, TASK, WORDS, case, example, learner_of
 from goalscope.base.types import UNSPECIFIED, GoalscopeError, ModelError, Turn
 from goalscope.belief.likelihood import Layout
-from goalscope.fitting.fit import Fit
 from goalscope.fitting.learner import Example, Learner
+from goalscope.fitting.train import Fit
 from goalscope.models.adapters import read_adapter, write_adapter
 from test_transformers import tiny
 

@@ -1,22 +1,21 @@
 """What a writer is taught by: rows of a corpus, and the prompts and answers made of them."""
 
-import gzip
 import json
 import random
 from pathlib import Path
 
 import pytest
 
+import lessons
+from corpus import Entry, Talk, corpus_facts, read_entries
 from fakes import WordModel
 from goalscope.agent.writer import JUDGEMENTS, Writer
 from goalscope.base.nouns import singulars
 from goalscope.base.types import InvalidInputError, Turn
 from goalscope.envs.scenarios import Scenario, shipped_scenarios
 from goalscope.experiment.reading_scores import Language, Line
-from goalscope.fitting import lessons
-from goalscope.fitting.corpus import Entry, Talk, corpus_facts, read_entries
-from goalscope.fitting.lessons import Lesson, lessons_of
 from goalscope.language.orders import Order, Verb
+from lessons import Lesson, lessons_of
 
 LANGUAGES = {"grocery": Language((Verb("add", ""), Verb("clear", "", ())), "You sell food.", ())}
 ROWS = {
@@ -87,46 +86,12 @@ def test_a_recipe_becomes_what_its_dish_calls_for(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize(
-    "recipe",
-    [
-        {"title": "Ice Water", "ingredients": ["1 cup water", "ice", "salt to taste"]},
-        {"title": "Pie", "ingredients": ["3 eggs", "1 cup milk", "flour", "butter"]},
-        {"title": "Everything in One Pot", "ingredients": [*map(chr, range(97, 123))] * 3},
-        {"title": "", "ingredients": []},
-    ],
-)
-def test_a_recipe_of_which_little_is_understood_teaches_nothing(tmp_path: Path, recipe) -> None:
-    assert read(tmp_path, recipe) == []
-
-
-def test_files_may_be_packed_or_lie_in_a_folder(tmp_path: Path) -> None:
-    row = json.dumps(ROWS["talk"]).encode()
-    (tmp_path / "b.jsonl").write_bytes(b"\xef\xbb\xbf" + row)
-    (tmp_path / "a.jsonl").write_bytes(json.dumps(ROWS["message"]).encode())
-    (tmp_path / "other.txt").write_text("no corpus")
-    assert [type(each) for each in read_entries(tmp_path)] == [Line, Talk]
-    packed = tmp_path / "c.jsonl.gz"
-    packed.write_bytes(gzip.compress(row))
-    assert len(read_entries(packed)) == 1
-
-
-@pytest.mark.parametrize(
     ("row", "cause"),
     [
-        ("{", "Expecting property name"),
         ("[]", "a line must be an object"),
-        ('"milk"', "a line must be an object"),
         ("{}", "a line must have 'orders', 'goals' or 'needed'"),
-        (ROWS["message"] | {"orders": 5}, ""),
-        (ROWS["message"] | {"orders": [{"what": "milk"}]}, ""),
-        ({"orders": []}, "there is no 'id'"),
         (ROWS["talk"] | {"turns": []}, "there are no turns"),
-        (ROWS["talk"] | {"turns": [{"query": "Yes?"}]}, "utterance"),
-        (ROWS["talk"] | {"turns": None}, ""),
-        (ROWS["talk"] | {"goals": 5}, ""),
         (ROWS["occasion"] | {"aim": ""}, "'aim' must be a text"),
-        (ROWS["occasion"] | {"needed": "bread"}, "'needed' must be a list of texts"),
-        ({"title": "Apple Pie", "ingredients": 5}, ""),
     ],
 )
 def test_a_broken_line_is_refused_with_its_number(tmp_path: Path, row: object, cause: str) -> None:
@@ -137,17 +102,6 @@ def test_a_broken_line_is_refused_with_its_number(tmp_path: Path, row: object, c
         read_entries(file)
 
 
-def test_what_is_no_corpus_is_refused(tmp_path: Path) -> None:
-    for path in (tmp_path, tmp_path / "none.jsonl"):
-        with pytest.raises(InvalidInputError, match="no corpus at"):
-            read_entries(path)
-    (tmp_path / "latin.jsonl").write_bytes("ä".encode("latin-1"))
-    (tmp_path / "bad.gz").write_bytes(b"no gzip at all")
-    for name in ("latin.jsonl", "bad.gz"):
-        with pytest.raises(InvalidInputError, match="cannot be read"):
-            read_entries(tmp_path / name)
-
-
 def test_a_talk_teaches_its_goals_and_its_question(tmp_path: Path) -> None:
     goals, question = drawn(read(tmp_path, ROWS["talk"]))
     assert (goals.kind, goals.answer) == ("goals", "feed guests\nhave a party")
@@ -156,17 +110,6 @@ def test_a_talk_teaches_its_goals_and_its_question(tmp_path: Path) -> None:
     assert "Done: add: milk" in question.prompt[-1].content
     silent = ROWS["talk"] | {"goals": [], "question": ""}
     assert [each.answer for each in drawn(read(tmp_path, silent))] == ["none", "none"]
-
-
-def test_messages_that_follow_one_another_are_one_conversation(tmp_path: Path) -> None:
-    def line(number: int, *said: str) -> dict[str, object]:
-        row = ROWS["message"] | {"id": f"a-{number}", "message": said[-1]}
-        orders = [{"do": "add", "what": said[-1]}]
-        return row | {"context": said[:-1], "orders": orders}
-
-    found = read(tmp_path, line(1, "milk"), line(2, "milk", "tea"), line(3, "eggs"))
-    made = lessons_of(found, WordModel(), LANGUAGES, known=())
-    assert [len(each(random.Random(0))) for each in made] == [2, 1]
 
 
 def test_recombined_messages_say_what_their_orders_name(
@@ -250,12 +193,6 @@ def test_an_occasion_never_lies_in_its_own_prompt() -> None:
             assert f"{each.aim}\nneeded:" not in text
             shown += "\nneeded:" in text
     assert shown
-
-
-def test_of_recipes_none_is_looked_up(tmp_path: Path) -> None:
-    found = read(tmp_path, ROWS["recipe"], ROWS["occasion"])
-    texts = [each.prompt[-1].content for each in drawn(found, known=found, seed=1)]
-    assert not any("make mom's apple pie\nneeded:" in text for text in texts)
 
 
 def test_a_corpus_tells_what_it_holds(tmp_path: Path) -> None:

@@ -12,7 +12,7 @@ import pytest
 from fits import GOALS, case, rows_file
 from goalscope.base.types import Goal, InvalidInputError, Turn
 from goalscope.datasets import DATASETS, Case, read_cases, said_key
-from goalscope.fitting.sources import Source, parted, read_source
+from goalscope.fitting.data import Source, parted, read_source
 from test_datasets import deal, games, packed, refused
 
 

@@ -83,9 +83,9 @@ def fit(
     resumes an interrupted fit. The folder then holds the adapter, for --adapter, and a model card.
     """
     from goalscope.belief.likelihood import DEFAULT_LAYOUT
-    from goalscope.fitting.fit import Settings
+    from goalscope.fitting.data import read_source
     from goalscope.fitting.plan import Plan
-    from goalscope.fitting.sources import read_source
+    from goalscope.fitting.train import Settings
     from goalscope.models.adapters import NO_ADAPTER, adapter_file, shipped
 
     check_fit(model, learning_rate)

@@ -26,7 +26,7 @@ from goalscope.cli.fit import fit
 from goalscope.cli.house import house
 from goalscope.cli.infer import infer
 from goalscope.cli.models import doctor, models
-from goalscope.cli.reading import bench_reading, fit_writer
+from goalscope.cli.reading import bench_reading
 from goalscope.cli.report import report
 from goalscope.cli.serve import mcp, serve
 from goalscope.cli.study import study
@@ -150,7 +150,7 @@ def options(
 
 
 for command in (
-    *(chat, run, serve, mcp, infer, fit, fit_writer),
+    *(chat, run, serve, mcp, infer, fit),
     *(calibrate, replay, why, episodes, doctor),
 ):
     app.command()(command)

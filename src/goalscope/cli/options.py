@@ -130,7 +130,7 @@ ReadingAdapter = Annotated[
     typer.Option(
         "--adapter",
         metavar="ADAPTER",
-        help="Adapter fitted by `fit-writer`, or none.  [default: the one that ships with "
+        help="Adapter that reads messages, or none.  [default: the one that ships with "
         "goalscope, for its own model]",
     ),
 ]

@@ -1,10 +1,8 @@
-"""`goalscope bench reading` and `fit-writer`: measure and improve how messages are read."""
+"""`goalscope bench reading`: measure how messages are read."""
 
 from __future__ import annotations
 
 import json
-import shlex
-import sys
 import time
 from collections.abc import Sequence
 from dataclasses import asdict, replace
@@ -14,17 +12,13 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from goalscope.base.types import InvalidInputError
-from goalscope.cli.fit import Device, FitModel, base_of, check_fit, engine_of
-from goalscope.cli.options import Json, Model, ReadingAdapter, ReadingForm, Seed
+from goalscope.cli.options import Json, Model, ReadingAdapter, ReadingForm
 from goalscope.cli.tables import show_tables
 from goalscope.cli.terminal import console, measuring, model_names, progress
 
 if TYPE_CHECKING:
     from goalscope.experiment.reading_scores import Language, Line
-    from goalscope.fitting.corpus import Entry
     from goalscope.language.orders import Reading
-
-__all__ = ["bench_reading", "fit_writer"]
 
 ALIASES = {"shop": "grocery", "robot": "house"}
 """Other names for a domain in a corpus."""
@@ -77,8 +71,8 @@ def bench_reading(
     from goalscope.language.reader import Reader
     from goalscope.models.opening import open_reader
 
-    languages = _languages(domain)
-    lines = _chosen(read_corpus(file), languages, bool(domain))
+    languages = languages_of(domain)
+    lines = chosen_lines(read_corpus(file), languages, bool(domain))
     if limit and limit < len(lines):
         lines = [lines[number * len(lines) // limit] for number in range(limit)]
     with measuring("Loading the model"):
@@ -157,86 +151,7 @@ def bench_reading(
         out.print(terminal_safe(f"  read   {told}".replace("\n", "; ")), soft_wrap=True)
 
 
-def fit_writer(
-    corpus: Annotated[
-        list[Path],
-        typer.Argument(
-            metavar="CORPUS...",
-            help="JSONL files, or folders of them; a file named twice is sampled twice as often.",
-        ),
-    ],
-    out: Annotated[Path, typer.Option(metavar="DIR", help="Folder for the adapter.")],
-    domain: Domains = None,
-    model: FitModel = None,
-    start: Annotated[
-        Path | None, typer.Option(metavar="ADAPTER", help="Writing adapter to start from.")
-    ] = None,
-    validate: Annotated[
-        list[Path] | None,
-        typer.Option(metavar="CORPUS", help="Validation file or folder; repeatable."),
-    ] = None,
-    epochs: Annotated[float, typer.Option(min=0.001, help="Passes over the corpus.")] = 2.0,
-    learning_rate: Annotated[float, typer.Option(help="Peak learning rate.")] = 1e-3,
-    rank: Annotated[int, typer.Option(min=1, help="Rank of the adapter.")] = 32,
-    seed: Seed = 1,
-    device: Device = None,
-) -> None:
-    """Fit a model to read messages, propose goals, name what they need, and ask questions.
-
-    A corpus holds messages with their orders, conversations with their goals and the next question,
-    or occasions with what they need (or recipes). Running it again continues where it stopped. The
-    folder then holds the adapter; `goalscope bench reading FILE.jsonl --adapter DIR` measures its
-    reading, and `fit.json` has the accuracy on the --validate files.
-    """
-    from goalscope.fitting.corpus import corpus_facts, read_entries
-    from goalscope.fitting.lessons import lessons_of
-    from goalscope.fitting.training import check_folder
-    from goalscope.fitting.writing import WritingSettings, fit_writing
-    from goalscope.models.adapters import adapter_file
-
-    check_fit(model, learning_rate)
-    languages = _languages(domain)
-    taught = [each for path in corpus for each in read_entries(path)]
-    tried = [each for path in validate or () for each in read_entries(path)]
-    checked = [_taught(each, languages, bool(domain)) for each in (taught, tried)]
-    settings = WritingSettings(rank=rank, learning_rate=learning_rate, epochs=epochs, seed=seed)
-    check_folder(out)
-    engine = engine_of(model, device)
-    err = console(stderr=True)
-    try:
-        lessons, validation = (
-            lessons_of(each, engine, languages, known=checked[0]) for each in checked
-        )
-        with progress("Steps") as show:
-            for step, steps, loss in fit_writing(
-                engine,
-                lessons,
-                settings,
-                out,
-                validation=validation,
-                start=adapter_file(start) if start else None,
-                base=base_of(model),
-                corpus=corpus_facts(checked[0], [str(path) for path in corpus]),
-                command=shlex.join(["goalscope", *sys.argv[1:]]),
-            ):
-                show(step, steps)
-                if step % 20 == 0 or step == steps:
-                    err.print(f"step {step:4} of {steps}  loss {loss:.3f}")
-    finally:
-        engine.close()
-    err.print(f"Measure it with: goalscope bench reading FILE.jsonl --adapter {out}")
-
-
-def _taught(found: Sequence[Entry], languages: dict[str, Language], only: bool) -> list[Entry]:
-    """The same corpus, with only the messages that `_chosen` selects."""
-    from goalscope.experiment.reading_scores import Line
-
-    lines = [each for each in found if isinstance(each, Line)]
-    rest = [each for each in found if not isinstance(each, Line)]
-    return [*(_chosen(lines, languages, only) if lines else ()), *rest]
-
-
-def _languages(domains: Sequence[str] | None) -> dict[str, Language]:
+def languages_of(domains: Sequence[str] | None) -> dict[str, Language]:
     """The verbs of each domain, by the domain's name in the corpus."""
     from goalscope.agent.settings import Settings, load_domain, open_environment
     from goalscope.experiment.reading_scores import Language, read_languages
@@ -254,7 +169,7 @@ def _languages(domains: Sequence[str] | None) -> dict[str, Language]:
     return found
 
 
-def _chosen(lines: Sequence[Line], languages: dict[str, Language], only: bool) -> list[Line]:
+def chosen_lines(lines: Sequence[Line], languages: dict[str, Language], only: bool) -> list[Line]:
     """The lines of the domains, each under its one name.
 
     Raises:

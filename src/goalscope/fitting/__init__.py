@@ -1,1 +1,1 @@
-"""Fit LoRA adapters to dialogues with known goals, and teach models to write."""
+"""Fit LoRA adapters to dialogues with known goals."""

@@ -20,8 +20,6 @@ from goalscope.models.adapters import ARCHITECTURES, MODULES, Adapter
 from goalscope.models.llama.trie import Trie
 from goalscope.models.torch.model import Transformers
 
-__all__ = ["Example", "Learner"]
-
 _TREE = 700  # tokens from which a tree takes no further turn, as attention is quadratic
 
 

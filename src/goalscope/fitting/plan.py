@@ -19,10 +19,9 @@ from goalscope.base.types import InvalidInputError, Message
 from goalscope.belief.likelihood import GOAL_TOKENS, Layout, RolePlay
 from goalscope.datasets import Case, said_key
 from goalscope.datasets.goal_sets import goal_key
-from goalscope.fitting.fit import Fit, Progress, Settings
+from goalscope.fitting.data import Source, digest_of, parted
 from goalscope.fitting.learner import Learner
-from goalscope.fitting.sources import Source, digest_of, parted
-from goalscope.fitting.training import check_folder, locked, writing_to
+from goalscope.fitting.train import Fit, Progress, Settings, check_folder, locked, writing_to
 from goalscope.models.adapters import (
     FITTED_DIALOGUES,
     FITTED_GOALS,
@@ -33,8 +32,6 @@ from goalscope.models.adapters import (
     write_adapter,
 )
 from goalscope.models.torch.model import Transformers
-
-__all__ = ["Plan"]
 
 
 class Plan:

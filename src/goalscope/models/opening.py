@@ -307,8 +307,8 @@ def open_reader(
     if given and not taught:
         opened.close()
         raise InvalidInputError(
-            f"The adapter {adapter} was not fitted for reading. Name one made by `goalscope "
-            "fit-writer`, or none."
+            f"The adapter {adapter} was not fitted for reading. Name one made by "
+            "training/fit_reader.py, or none."
         )
     return opened, taught
 

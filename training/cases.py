@@ -1,6 +1,6 @@
 """Scenarios and conversations of the corpus as dialogues with a known goal among wrong ones.
 
-python corpus/cases.py OUT.jsonl FOLDER... [--asides corpus/reading/train]
+python training/cases.py OUT.jsonl FOLDER... [--asides corpus/reading/train]
 
 `goalscope fit` and `goalscope bench dialogues --jsonl` read the file. Beside the true goal stand 19
 wrong ones: drawn from all of its domain, or from those that are nearest to it in meaning.

@@ -15,8 +15,6 @@ from goalscope.base.types import InvalidInputError
 from goalscope.datasets import DATASETS, Case, data_folder, load, read_cases, said_key
 from goalscope.datasets.goal_sets import chance, goal_key
 
-__all__ = ["Source", "digest_of", "parted", "read_source"]
-
 _NAME = re.compile(r"(?P<name>[^\[]+)(\[(?P<places>[^\]]*)\])?")
 _PLACES = re.compile(r"(?P<start>\d*):(?P<stop>\d*)")
 

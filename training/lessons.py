@@ -13,6 +13,7 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 
+from corpus import Entry, Talk
 from goalscope.agent.writer import (
     JUDGEMENTS,
     LIKE,
@@ -26,13 +27,10 @@ from goalscope.base.nouns import singulars
 from goalscope.base.types import Message
 from goalscope.envs.scenarios import Nearest, Scenario
 from goalscope.experiment.reading_scores import Language, Line
-from goalscope.fitting.corpus import Entry, Talk
 from goalscope.language.dialogue_state import acting
 from goalscope.language.orders import Order, speaks, words_of
 from goalscope.language.reader import Reader, ReadExample
 from goalscope.models import Generator
-
-__all__ = ["Draw", "Lesson", "lessons_of"]
 
 RENAMED = 0.4
 """Share of the things in a message that are replaced."""

@@ -15,8 +15,6 @@ from goalscope.base.types import InvalidInputError, Turn
 from goalscope.envs.scenarios import Scenario, scenario_from_json
 from goalscope.experiment.reading_scores import Line, line_from_json, read_rows
 
-__all__ = ["Entry", "Talk", "corpus_facts", "read_entries"]
-
 _RECIPES = 2400
 
 

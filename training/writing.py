@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import hashlib
 import json
 import random
 from collections.abc import Iterable, Iterator, Mapping, Sequence
@@ -15,13 +14,11 @@ import numpy as np
 from goalscope.base.optional_packages import package
 from goalscope.belief.likelihood import RolePlay
 from goalscope.fitting.learner import Learner
-from goalscope.fitting.lessons import Draw, Lesson
-from goalscope.fitting.training import KEPT, Training, locked, writing_to
-from goalscope.models.adapters import FITTED_SOURCES, FITTED_TASK, read_adapter, write_adapter
+from goalscope.fitting.train import KEPT, Training, locked, writing_to
+from goalscope.models.adapters import FITTED_SOURCES, FITTED_TASK, write_adapter
 from goalscope.models.llama.trie import Trie
 from goalscope.models.torch.model import Transformers
-
-__all__ = ["WritingSettings", "fit_writing"]
+from lessons import Draw, Lesson
 
 Tokens = list[tuple[list[int], list[int]]]
 """Prompts and answers of lessons with shared prefixes."""
@@ -53,7 +50,6 @@ def fit_writing(
     folder: Path,
     *,
     validation: Sequence[Draw] = (),
-    start: Path | None = None,
     base: str,
     corpus: Mapping[str, Any],
     command: str,
@@ -68,7 +64,6 @@ def fit_writing(
         settings: How to fit.
         folder: Of the adapter.
         validation: The lessons for the final evaluation.
-        start: File of the adapter to start from, whose rank and layers are kept.
         base: Public name of the model.
         corpus: The sources of the lessons, for `fit.json`; with "files", a list.
         command: The command line.
@@ -85,13 +80,8 @@ def fit_writing(
             rank=settings.rank,
             layers=1.0,
             seed=settings.seed,
-            start=read_adapter(start, config) if start else None,
         )
-        about = {
-            "base": base,
-            "start": hashlib.sha256(start.read_bytes()).hexdigest() if start else "",
-            "corpus": dict(corpus),
-        }
+        about = {"base": base, "corpus": dict(corpus)}
         batches = _batches((_tokens(learner, each) for each in _drawn(lessons, settings)), settings)
         training = Training(
             learner,
