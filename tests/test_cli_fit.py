@@ -201,32 +201,6 @@ def test_the_command_fits_and_finished_folders_are_kept(
     assert {each.name: each.read_bytes() for each in out.iterdir()} == kept
 
 
-def test_the_command_says_how_it_goes(path: Path, rows: Path, tmp_path: Path) -> None:
-    out = tmp_path / "mine"
-    out.mkdir()
-    (out / "state.part").write_bytes(b"PK")  # of a fit that was killed in its first steps
-    (out / ".lock").touch()
-    result = invoke(*fit(rows, out, path, "--seed", 3))
-    assert result.exit_code == 0, result.output
-    assert re.fullmatch(
-        re.escape(str(out)) + r": lowest loss at step \d, \d\.\d{3} \(before \d\.\d{3}\), log-loss "
-        r"\d\.\d{3} \(\d\.\d{3}\), top-1 "
-        r"\d+% \(\d+%\), AUROC \d\.\d{3} \(\d\.\d{3}\) on 2 dialogues\n",
-        result.stdout,
-    )
-    assert "A validation on fewer than 20 dialogues is not reliable." in result.stderr
-    steps = re.findall(r"^step +(\d) +loss \d\.\d{3}  log-loss \d", result.stderr, re.MULTILINE)
-    assert steps == ["0", "2", "4"]
-    stays = (
-        "No step lowered the loss, so the adapter has the weights that it started from."
-        in result.stderr
-    )
-    assert stays == ("lowest loss at step 0," in result.stdout)
-    assert f"--adapter{out}" in "".join(result.stderr.split())  # which may be wrapped anywhere
-    settings = json.loads((out / "fit.json").read_text())["settings"]
-    assert (settings["seed"], settings["rank"]) == (3, 2)
-
-
 class Broken(Exception):
     """What a test stops a fit with."""
 
@@ -298,28 +272,6 @@ def test_where_the_end_cannot_be_written_the_same_command_goes_on(
     assert again.exit_code == 0, again.stderr
     assert "log-loss" not in again.stderr  # nothing is fitted again
     assert {each.name for each in out.iterdir()} == LEFT
-
-
-def test_its_own_model_begins_with_the_adapter_that_comes_with_it(
-    path: Path, rows: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    first = tmp_path / "first" / "adapter.gguf"
-    monkeypatch.setattr("goalscope.models.llama.model.embedded_path", lambda: path)
-    monkeypatch.setattr(
-        "goalscope.models.adapters.shipped", lambda: first if first.exists() else None
-    )
-    quick = ["--steps", 1, "--every", 1, "--device", "cpu", "--json"]
-    for name, more, begins in (
-        ("first", [], False),
-        ("second", [], True),
-        ("none", ["--start", "none"], False),
-        ("rank", ["--rank", 4, "--start", "none"], False),
-        ("named", ["--model", path], False),
-        ("started", ["--model", path, "--start", tmp_path / "second"], True),
-    ):
-        result = invoke("fit", rows, "--out", tmp_path / name, *quick, *more)
-        assert result.exit_code == 0, result.output
-        assert (json.loads(result.stdout)["start"] != "no adapter") == begins, name
 
 
 def test_the_adapter_is_used_by_name(

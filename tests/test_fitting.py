@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import io
-import itertools
 import math
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import AbstractContextManager, nullcontext
@@ -19,15 +18,14 @@ from fits import (
     GOALS,
     OLD_NAME,
     QUICK,
-    WORDS,
     case,
     example,
     learner_of,
 )
-from goalscope.base.types import UNSPECIFIED, GoalscopeError, Turn
+from goalscope.base.types import UNSPECIFIED, GoalscopeError
 from goalscope.datasets import Case
 from goalscope.fitting.learner import Example, Learner
-from goalscope.fitting.train import Fit, Settings, Validation, _by_truth, _goals_loss, _scores
+from goalscope.fitting.train import Fit, Settings, Validation, _by_truth, _scores
 from test_datasets import refused
 
 torch = pytest.importorskip("torch")
@@ -87,12 +85,6 @@ def test_the_loss_is_that_of_the_goals_and_some_of_the_words(tmp_path: Path) -> 
     assert float(fit._loss(of).detach()) == pytest.approx((true + absent) / 2 + 0.25 * words)
 
 
-def test_the_loss_counts_the_drawn_goals_for_all() -> None:
-    of, rows = replace(example(), negatives=6), torch.zeros(1, 4)
-    for drawn, expected in ((2, math.log(8 * 7)), (1, math.log(8 * 7)), (0, math.log(2))):
-        assert float(_goals_loss(rows[:, : 2 + drawn], of)) == pytest.approx(expected)
-
-
 def test_scores_are_what_they_say() -> None:
     beliefs = [
         np.array([2.0, 0.0, 1.0, 0.0]), np.array([0.0, 1.0, 1.0]), np.array([0.0, -2.0, 0.0])
@@ -126,19 +118,6 @@ def test_steps_and_validations_draw_their_goals(tmp_path: Path) -> None:
     first, second, third = [of for of in learner.examples if of.group == "g3"]
     assert first == second == third
     assert (len(first.turns), first.goals[0]) == (2, GOALS[3])
-
-
-def test_a_dialogue_ends_after_its_first_turns(tmp_path: Path) -> None:
-    long = [replace(case(0), turns=tuple(Turn("Else?", word) for word in WORDS))]
-    settings, table = (
-        replace(QUICK, longest=3, batch_size=8),
-        lambda weight: torch.ones(3, 3) * weight,
-    )
-    fit, learner = scripted(tmp_path, table, settings, train=[long])
-    list(fit.run())
-    steps = [of for of in learner.examples if of.group == "g0"]
-    assert all(of.turns == long[0].turns[: len(of.turns)] for of in steps)
-    assert {len(of.turns) for of in steps} == {1, 2, 3}
 
 
 def test_seldom_and_often_goals_and_sources_are_drawn_alike(tmp_path: Path) -> None:
@@ -295,22 +274,6 @@ def test_a_loss_that_is_not_finite_is_an_error_and_keeps_what_was(tmp_path: Path
     assert math.isfinite(float(learner.weight.detach()))
 
 
-@pytest.mark.parametrize("groups", [1, 2])
-def test_a_validation_that_is_not_finite_is_an_error(tmp_path: Path, groups: int) -> None:
-    def fit(name: str, found: Iterator[float]) -> Fit:
-        (tmp_path / name).mkdir()
-        cases, learner = [case(n) for n in range(3)], Scripted(margins(found))
-        held: Any = [case(3), case(4)][:groups]
-        model: Any = learner
-        return Fit(model, [cases], held, QUICK, tmp_path / name, {})
-
-    with pytest.raises(GoalscopeError, match="Test the model with `goalscope models check`"):
-        list(fit("first", itertools.repeat(math.nan)).run())
-    later = itertools.chain([0.0] * groups, itertools.repeat(math.nan))
-    with pytest.raises(GoalscopeError, match=r"not finite at step 3\. Try a smaller --learning"):
-        list(fit("later", later).run())
-
-
 def test_a_gradient_that_is_not_finite_changes_nothing(tmp_path: Path) -> None:
     def table(weight: Any) -> Any:
         root = (weight - weight.detach()).sqrt()  # 0, and infinitely steep
@@ -320,11 +283,3 @@ def test_a_gradient_that_is_not_finite_changes_nothing(tmp_path: Path) -> None:
     with pytest.raises(GoalscopeError, match=r"not finite at step 1\. Try a smaller --learning"):
         list(fit.run())
     assert float(learner.weight.detach()) == 1.0
-
-
-def test_a_state_that_cannot_be_kept_is_an_error(tmp_path: Path) -> None:
-    fit, _ = scripted(tmp_path / "gone")
-    with pytest.raises(
-        GoalscopeError, match=r"Cannot write .*state\.pt.*resumes from the previous state"
-    ):
-        list(fit.run())

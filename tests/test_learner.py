@@ -2,20 +2,17 @@
 
 from __future__ import annotations
 
-import warnings
 from dataclasses import replace
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pytest
 
 import fits
-from fits import GOALS, OLD_NAME, QUICK, TASK, WORDS, case, example, learner_of
-from goalscope.base.types import UNSPECIFIED, GoalscopeError, ModelError, Turn
+from fits import OLD_NAME, example, learner_of
+from goalscope.base.types import GoalscopeError, ModelError
 from goalscope.belief.likelihood import Layout
 from goalscope.fitting.learner import Example, Learner
-from goalscope.fitting.train import Fit
 from goalscope.models.adapters import read_adapter, write_adapter
 from test_transformers import tiny
 
@@ -86,27 +83,6 @@ def test_products_of_16_bits_change_little(path: Path, monkeypatch: pytest.Monke
     assert 0 < np.abs(rounded - exact).max() < 0.05 * np.abs(exact).max()
 
 
-def test_16_bits_round_no_logit(path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """The weights and products of a processor with instructions for them, against the scorer."""
-    learner, of = learner_of(path, dtype="bfloat16"), example()
-    scramble(learner, 0.05)
-    monkeypatch.setattr(torch.cpu, "get_capabilities", lambda: {"avx512_bf16": True}, raising=False)
-    head = learner.model.network.model.get_output_embeddings()
-    with torch.no_grad():
-        head.weight.mul_(64)  # logits of tens, where bfloat16 knows eighths
-    learner.model.clear_cache()
-    states: list[Any] = []
-    with head.register_forward_pre_hook(lambda _, given: states.append(given[0])):
-        logits = learner.model.network.learn(
-            np.array([[5, 6, 7]]), np.arange(3)[None], np.tri(3, dtype=bool)[None], [0, 1, 2]
-        )
-    exact = states[0].flatten(0, -2).float() @ head.weight.float().T
-    assert logits.dtype == torch.float32
-    assert exact.abs().max() > 8
-    torch.testing.assert_close(logits, exact, atol=1e-3, rtol=1e-5)
-    assert np.isfinite(scores(learner, of)).all()
-
-
 def test_memory_that_is_too_small_is_said(path: Path) -> None:
     learner = learner_of(path)
     for error in (MemoryError(), torch.OutOfMemoryError("CUDA out of memory.")):
@@ -127,14 +103,6 @@ def test_so_they_are_where_layers_look_back_a_little(tmp_path: Path, kind: str) 
     np.testing.assert_allclose(scores(learner, example()), expected, atol=1e-3)
 
 
-def test_so_they_are_where_the_oldest_turns_do_not_fit(path: Path) -> None:
-    learner = learner_of(path, context_size=420)
-    turns = [Turn("What is it?", f"{word} and tea") for word in WORDS * 2]
-    of = Example(TASK, (GOALS[1], UNSPECIFIED), turns, 1, "g")
-    assert learner.roleplay.window(TASK, turns) == 8
-    np.testing.assert_allclose(scores(learner, of), by_roleplay(learner, of), atol=1e-4)
-
-
 def test_each_turn_teaches(path: Path) -> None:
     learner = learner_of(path)
     scramble(learner)
@@ -142,20 +110,6 @@ def test_each_turn_teaches(path: Path) -> None:
         wanted = row.sum()
         parts = torch.autograd.grad(wanted, learner.parameters, retain_graph=True)
         assert all(part.abs().max() > 0.001 for part in parts)
-
-
-def test_half_as_many_bits_learn_too(path: Path, tmp_path: Path) -> None:
-    learner, exact = learner_of(path, dtype="bfloat16"), learner_of(path)
-    scramble(learner, 0.1)
-    scramble(exact, 0.1)
-    np.testing.assert_allclose(scores(learner, example()), scores(exact, example()), atol=1)
-    cases = [case(n) for n in range(4)]
-    fit = Fit(learner, [cases[:3]], cases[3:], QUICK, tmp_path, {})
-    before = learner.state()
-    list(fit.run())
-    assert fit.history[-1].step == QUICK.steps
-    kept = torch.load(tmp_path / "state.pt", weights_only=True)["weights"]
-    assert any(not torch.equal(each, before[name]) for name, each in kept.items())
 
 
 @pytest.mark.parametrize(("share", "adapted"), [(0.01, {3}), (0.5, {2, 3}), (1.0, {0, 1, 2, 3})])
@@ -211,9 +165,3 @@ def test_it_begins_with_no_adapter_of_other_layers_or_another_size(path: Path) -
 def test_a_model_of_another_kind_is_refused(tmp_path: Path) -> None:
     with pytest.raises(ModelError, match=r"^odd is a gpt2 model.*supported for llama, mistral,"):
         learner_of(tiny(tmp_path / "odd", "gpt2"))
-
-
-def test_adapters_are_added_without_a_warning_that_no_user_can_heed(path: Path) -> None:
-    with warnings.catch_warnings():
-        warnings.simplefilter("error")
-        assert learner_of(path).parameters

@@ -64,16 +64,6 @@ def test_what_shares_a_group_with_what_stands_before_is_left_out(
     assert source.name == f"{file}{places}"
 
 
-def test_places_count_in_each_of_a_datasets_lists(tmp_path: Path) -> None:
-    packed(tmp_path, "teach", games())
-    packed(tmp_path, "casino", [deal(n) for n in range(3)])
-    assert ids(read_source("teach:valid_seen[:2]", tmp_path, goals=3)) == ["g0", "g1"] * 2
-    rest = read_source("teach:valid_seen[1:]", tmp_path, goals=3)
-    assert ids(rest) == ["g1", "g2", "g3", "g4", "g5"] * 2
-    groups = [each.group for each in read_source("casino:valid[1:]", tmp_path).cases]
-    assert groups == ["1", "1", "2", "2"]  # both campers of the first deal are left out
-
-
 def test_true_goals_of_what_stands_before_are_no_wrong_goals(tmp_path: Path) -> None:
     file = rows_file(tmp_path / "own.jsonl", "abcdefgh", goals=["Buy  MILK!", "buy tea"], true=1)
     source = read_source(f"{file}[2:]", None)
@@ -99,16 +89,11 @@ def test_a_dialogue_without_a_wrong_goal_left_is_left_out(tmp_path: Path) -> Non
         ("", "is not a file or dataset"),
         ("nowhere", "'nowhere' is neither a file whose name ends in .jsonl nor a dataset; "),
         ("teech:train", "did you mean 'teach'?"),
-        ("own.jsonl[-4:]", "expected a slice [FROM:TO], counted from 0"),
         ("own.jsonl[2]", "expected a slice [FROM:TO], counted from 0"),
-        ("mcq", "neither"),
-        ("own.json", "neither"),
         ("teach:night", "no split 'night'"),
         ("teach:train", "there is no file"),
         ("none.jsonl", "cannot be read"),
         ("own.jsonl[3:]", "leaves no dialogues"),
-        ("own.jsonl[1:1]", "leaves no dialogues"),
-        ("own.jsonl[1:2]", "leaves no dialogues"),
     ],
 )
 def test_what_names_no_dialogue_is_refused(
@@ -145,14 +130,6 @@ def test_the_seed_alone_parts_them() -> None:
     assert parted(sources(), validation=4, seed=1) == first
     assert parted(sources(), validation=4, seed=2) != first
     assert parted(sources()[::-1], validation=4, seed=1)[0] == first[0][::-1]
-
-
-@pytest.mark.parametrize(("most", "kinds"), [(1, "p"), (2, "pg"), (3, "pgp"), (6, "pgpp")])
-def test_sources_take_turns_among_those_that_validate(most: int, kinds: str) -> None:
-    train, validation = parted(sources(), validation=most, seed=1)
-    assert [each.group[0] for each in validation] == list(kinds)
-    assert len(train[1]) == 4
-    assert len(train[0]) == 60 - 2 * len(groups_of(validation) - groups_of(sources()[1].cases))
 
 
 def test_a_dialogue_validates_once_with_either_of_its_goal_sets() -> None:
@@ -198,12 +175,3 @@ def test_what_was_learned_from_does_not_validate() -> None:
     with pytest.raises(InvalidInputError, match="fitted on all these dialogues"):
         parted([source], validation=10, seed=1, learned=every)
     assert parted([source], validation=10, seed=1, learned=learned)[1] == first
-
-
-def test_a_source_that_validates_for_another_with_all_it_has_is_refused() -> None:
-    parts = [Source(name, [case(0), case(1)], "1") for name in ("x", "x[:2]")]
-    assert len(parted(parts, validation=9, seed=0)[0][1]) == 1
-    said = refused(lambda: parted(parts, validation=9, seed=2))
-    assert said.startswith(
-        "All dialogues of x are already validation for another part of the same file. "
-    )

@@ -9,13 +9,8 @@ from pathlib import Path
 
 from goalscope.base.inputs import nearest, shown
 from goalscope.base.types import InvalidInputError
-from goalscope.datasets.alfred import alfred
-from goalscope.datasets.case import OPENING, Case, said_key, turns_of
-from goalscope.datasets.casino import casino
-from goalscope.datasets.jsonl import read_cases, write_cases
-from goalscope.datasets.multiwoz import multiwoz
-from goalscope.datasets.taskmaster import taskmaster
-from goalscope.datasets.teach import teach
+from goalscope.datasets.case import OPENING, Case, read_cases, said_key, turns_of, write_cases
+from goalscope.datasets.loaders import alfred, casino, multiwoz, taskmaster, teach
 
 __all__ = [
     "DATASETS",

@@ -14,8 +14,6 @@ from typing import Any, cast
 from goalscope.base.inputs import RepeatedKeyError, parse_json, shown
 from goalscope.base.types import InvalidInputError, checked_text
 
-__all__ = ["Row", "json_rows", "line_rows", "own_rows"]
-
 LARGEST_FILE = 1 << 30  # bytes, unpacked
 LONGEST_LINE = 1 << 26  # characters
 

@@ -1,4 +1,7 @@
-"""Draws the wrong goals beside the true one; the draw depends on the seed and the case alone."""
+"""Draws of wrong goals beside the true one, and scripts of people who change their mind.
+
+A draw depends on the seed and the case alone.
+"""
 
 from __future__ import annotations
 
@@ -6,11 +9,11 @@ import hashlib
 import random
 import re
 from collections import defaultdict
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
 
-from goalscope.base.types import Goal, canonical
-
-__all__ = ["by_shared_words", "chance", "draw", "goal_key"]
+from goalscope.base.types import Goal, InvalidInputError, Turn, canonical
+from goalscope.datasets.case import Case
 
 
 def chance(seed: int, id: str) -> random.Random:
@@ -58,3 +61,83 @@ def by_shared_words(truth: str, texts: Iterable[str]) -> list[list[str]]:
 
 def _words(text: str) -> set[str]:
     return set(re.findall(r"\w+", text.casefold()))
+
+
+AFTER = 3
+"""Turns of the second goal."""
+
+
+@dataclass(frozen=True, slots=True)
+class Change:
+    """A dialogue in which the person's goal becomes another one.
+
+    Attributes:
+        case: All turns; its true goal is the first one, its id that of the dialogue that comes
+            last, and its group the first goal, since the same dialogues serve for it again.
+        second: Index of the second goal.
+    """
+
+    case: Case
+    second: int
+
+
+def changes_of(cases: Sequence[Case], *, round: int, goals: int, seed: int) -> list[Change]:
+    """A script for each dialogue that is long enough to end one, in their order.
+
+    Dialogues of people who had the same other goal come first, one after the other, until there are
+    `round` - 1 turns; then the first `AFTER` turns of this one. No two of them share people.
+
+    Args:
+        cases: Real dialogues; those whose goals recur can come first, again and again.
+        round: The first round (from 1) of the second goal, 2 or more.
+        goals: How many for each script, drawn at random beside the two.
+        seed: Of the draw.
+
+    Raises:
+        InvalidInputError: There is no script.
+    """
+    first: dict[str, list[Case]] = {}
+    for case in sorted(cases, key=lambda case: case.id):
+        first.setdefault(_goal(case), []).append(case)
+    scripts = [
+        script
+        for case in cases
+        if len(case.turns) >= AFTER and (script := _script(case, first, round, goals, seed))
+    ]
+    if not scripts:
+        raise InvalidInputError(
+            f"No change of mind at round {round} can be scripted from {len(cases)} dialogues: it "
+            f"takes {goals} different goals, {round - 1} turns of people who had the same goal, "
+            f"and {AFTER} of one who had another. Name another set, an earlier round, or fewer "
+            "goals."
+        )
+    return scripts
+
+
+def _script(
+    last: Case, first: Mapping[str, Sequence[Case]], round: int, goals: int, seed: int
+) -> Change | None:
+    rng, second = chance(seed, last.id), _goal(last)
+    every = sorted(first)
+    for goal in rng.sample(every, len(every)):
+        people = {last.group}
+        turns: list[Turn] = []
+        for case in rng.sample(first[goal], len(first[goal])):
+            if case.group not in people:
+                people.add(case.group)
+                turns += case.turns
+        if len(turns) >= round - 1 and canonical(goal) != canonical(second):
+            break
+    else:
+        return None
+    drawn = draw(rng, goal, [[second], every], goals)
+    if drawn is None:
+        return None
+    support, truth = drawn
+    said = (*turns[: round - 1], *last.turns[:AFTER])
+    case = Case(last.id, goal, last.task, said, support, truth)
+    return Change(case, [each.text for each in support].index(second))
+
+
+def _goal(case: Case) -> str:
+    return case.goals[case.truth].text

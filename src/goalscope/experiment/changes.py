@@ -10,7 +10,7 @@ import numpy.typing as npt
 
 from goalscope.base.types import pluralize
 from goalscope.belief.calibration import DEFAULT, PAPER, calibration_from_json
-from goalscope.datasets.changes import AFTER
+from goalscope.datasets.goal_sets import AFTER
 from goalscope.experiment.dialogues import by_settings
 from goalscope.experiment.predictors import AS_IN_PAPER, GOALSCOPE, among_goals
 from goalscope.experiment.summary import (

@@ -19,7 +19,7 @@ from goalscope.belief.goal_manager import Trigger
 from goalscope.belief.likelihood import DEFAULT_LAYOUT, Layout
 from goalscope.datasets import DATASETS, data_folder, load, read_cases
 from goalscope.datasets.case import case_to_json
-from goalscope.datasets.changes import changes_of
+from goalscope.datasets.goal_sets import changes_of
 from goalscope.experiment.identity import hashes_of, person_of
 from goalscope.experiment.judge import JUDGE_TEMPERATURE
 from goalscope.experiment.multiple_choice import read_questions
