@@ -38,8 +38,15 @@ def run(
     parser.add_argument("--out", type=Path, default=Path("adapters", name))
     parser.add_argument("--model", help="Model to adapt.  [default: the embedded one]")
     parser.add_argument("--device", help="Such as cpu or cuda:1.  [default: a GPU if there is one]")
+    parser.add_argument(
+        "--corpus", type=Path, action="append", default=[], help="Another file; repeatable."
+    )
+    parser.add_argument(
+        "--domain", action="append", default=[], help="FILE.py or FILE.toml of its messages."
+    )
     given = parser.parse_args()
-    languages = languages_of(domains)
+    corpus = [*corpus, *given.corpus]
+    languages = languages_of([*domains, *given.domain])
 
     def entries(paths: Sequence[Path]) -> list[Entry]:
         every = [entry for path in paths for entry in read_entries(path)]

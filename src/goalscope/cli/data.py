@@ -3,16 +3,15 @@
 from __future__ import annotations
 
 import json
+from dataclasses import asdict
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Annotated
 
 import typer
 
 from goalscope.base.types import pluralize
 from goalscope.cli.options import Json
 from goalscope.cli.terminal import console
-
-__all__ = ["data"]
 
 data = typer.Typer(
     no_args_is_help=True,
@@ -39,49 +38,38 @@ def list_datasets(
     from goalscope.datasets import DATASETS, named_folder
 
     folder = named_folder(folder)
-    out = console()
-    rows: list[dict[str, Any]] = []
-    for dataset in DATASETS.values():
-        there = {
-            split: folder is not None and (folder / path).is_file()
-            for split, path in dataset.files.items()
-        }
-        if as_json:
-            files = {
-                split: {"path": path, "there": there[split]}
-                for split, path in dataset.files.items()
+
+    def there(path: str) -> bool:
+        return folder is not None and (folder / path).is_file()
+
+    if as_json:
+        rows = [
+            asdict(dataset)
+            | {
+                "files": {
+                    split: {"path": path, "there": there(path)}
+                    for split, path in dataset.files.items()
+                }
             }
-            rows.append({
-                "name": dataset.name,
-                "title": dataset.title,
-                "what": dataset.what,
-                "licence": dataset.licence,
-                "source": dataset.source,
-                "goal_sets": list(dataset.goal_sets),
-                "split": dataset.split,
-                "files": files,
-            })  # fmt: skip
-            continue
+            for dataset in DATASETS.values()
+        ]
+        print(json.dumps(rows))
+        return
+    out = console()
+    for dataset in DATASETS.values():
         out.print(terminal_safe(f"{dataset.name}: {dataset.title}", "bold"), soft_wrap=True)
-        out.print(terminal_safe(f"  {dataset.what}; licence: {dataset.licence}"), soft_wrap=True)
-        out.print(terminal_safe(f"  from {dataset.source}"), soft_wrap=True)
-        if dataset.goal_sets:
-            out.print(terminal_safe(f"  goal sets: {', '.join(dataset.goal_sets)}"), soft_wrap=True)
+        lines = [f"{dataset.what}; licence: {dataset.licence}", f"from {dataset.source}"]
+        lines += [f"goal sets: {', '.join(dataset.goal_sets)}"] if dataset.goal_sets else []
+        for line in lines:
+            out.print(terminal_safe(f"  {line}"), soft_wrap=True)
         table = Table.grid(padding=(0, 2))
         for split, path in dataset.files.items():
-            default = " (default)" if split == dataset.split else ""
-            table.add_row(
-                "", split + default, "there" if there[split] else "missing", terminal_safe(path)
-            )
+            name = f"{split} (default)" if split == dataset.split else split
+            table.add_row("", name, "there" if there(path) else "missing", terminal_safe(path))
         out.print(table)
-    if as_json:
-        print(json.dumps(rows))
-    else:
-        where = f"in {folder}" if folder else "in the folder that --data or GOALSCOPE_DATA names"
-        out.print(
-            terminal_safe(f"The files belong {where}. goalscope does not download them."),
-            soft_wrap=True,
-        )
+    where = f"in {folder}" if folder else "in the folder that --data or GOALSCOPE_DATA names"
+    closing = f"The files belong {where}. goalscope does not download them."
+    out.print(terminal_safe(closing), soft_wrap=True)
 
 
 @data.command()

@@ -18,8 +18,6 @@ from goalscope.cli.terminal import console, measuring, model_names, progress
 if TYPE_CHECKING:
     from goalscope.models.torch.model import Transformers
 
-__all__ = ["Device", "FitModel", "base_of", "check_fit", "engine_of", "fit"]
-
 FEW = 20
 
 FitModel = Annotated[

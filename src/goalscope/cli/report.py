@@ -11,8 +11,6 @@ import typer
 from goalscope.base.types import pluralize
 from goalscope.cli.options import Json
 
-__all__ = ["report"]
-
 
 def report(
     source: Annotated[
@@ -46,15 +44,10 @@ def report(
     if file:
         write_report(found, file)
     if as_json:
+        keys = ("name", "title", "commands", "facts", "warnings")
         sections = [
-            {
-                "name": section.name,
-                "title": section.title,
-                "commands": [*section.commands],
-                "facts": [*section.facts],
-                "warnings": [*section.warnings],
-                "tables": [table.to_dict() for table in section.tables],
-            }
+            {key: getattr(section, key) for key in keys}
+            | {"tables": [table.to_dict() for table in section.tables]}
             for section in found.sections
         ]
         print(json.dumps(sections, allow_nan=False))
