@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
-from typing import Protocol
+from collections.abc import Callable, Mapping, Sequence
+from typing import Literal, Protocol
 
 from goalscope.agent.guards import CONFIRM
 from goalscope.base.text import plain
@@ -12,27 +12,26 @@ from goalscope.envs import Environment, completion_phrase
 from goalscope.models import Generator, LanguageModel
 from goalscope.prompts import recent, render, transcript
 
-__all__ = [
-    "AGREES",
-    "DECLINES",
-    "FALLBACK",
-    "Asker",
-    "ConsoleHuman",
-    "Human",
-    "ScriptedHuman",
-    "SimulatedHuman",
-    "ask",
-    "completes",
-    "consents",
-    "question_of",
-]
-
 AGREES, DECLINES = "Yes.", "No, not yet."
 """What the person of a profile answers when asked to confirm something."""
 
 OPENING = "What can I help you with?"
 FALLBACK = "What else would you like?"
 """The query if there is no better one."""
+
+Habit = Literal["terse", "distracted", "changes-mind", "volunteers-late"]
+"""A habit that makes a simulated person harder to understand than the paper's."""
+
+HABITS: Mapping[Habit, str] = {
+    "terse": "You never say more than six words at a time.",
+    "distracted": "In every third message you only make a remark about something else, such as the "
+    "weather or a neighbour.",
+    "changes-mind": "In your first two messages you want something quite different. In the third "
+    "you say that you have changed your mind.",
+    "volunteers-late": "In your first two messages you only say roughly what you want. You tell "
+    "the details later.",
+}
+"""What the model that plays a person is told of their habit."""
 
 _REPLY = 80
 """Token limit of a reply."""
@@ -155,13 +154,29 @@ class ScriptedHuman:
 
 
 class SimulatedHuman:
-    """A model that plays the person of a profile (Sec. 4.2)."""
+    """A model that plays the person of a profile (Sec. 4.2).
 
-    def __init__(self, model: Generator, profile: Profile, env: Environment, seed: int = 0) -> None:
+    Args:
+        model: Plays them.
+        profile: Who they are.
+        env: Where they are.
+        seed: Of the model's replies.
+        habit: How they speak; see `HABITS`.
+    """
+
+    def __init__(
+        self,
+        model: Generator,
+        profile: Profile,
+        env: Environment,
+        seed: int = 0,
+        habit: Habit | None = None,
+    ) -> None:
         self.model = model
         self.profile = profile
         self.env = env
         self.seed = seed
+        self.habit = HABITS[habit] if habit else ""
 
     def reply(self, query: str, turns: Sequence[Turn], status: str) -> str:
         """What the model says as this person; the completion phrase if it says nothing.
@@ -169,47 +184,21 @@ class SimulatedHuman:
         Requests to confirm something are answered by `consents`.
         """
         ended = bool(turns) and completes(self.env, turns[-1].utterance)
-        consent = consents(query, self.env, done=ended)
-        return consent or self.answer(query, turns, status)
-
-    def answer(self, query: str, turns: Sequence[Turn], status: str) -> str:
-        """What the model says as this person to any other query."""
-        said = self.speak(self.profile.description, query, turns, status)
-        return said or completion_phrase(self.env)
-
-    def speak(
-        self,
-        description: str,
-        query: str,
-        turns: Sequence[Turn],
-        status: str,
-        *,
-        words: int | None = None,
-        max_tokens: int = _REPLY,
-    ) -> str:
-        """What the model says as the person of a description; "" if it says nothing.
-
-        Args:
-            description: What the person wants, as far as they know.
-            query: The agent's question.
-            turns: The conversation before it, as far as the person remembers.
-            status: The environment's status.
-            words: Word limit that the person is told; None for a sentence or two.
-            max_tokens: Token limit.
-        """
+        if consent := consents(query, self.env, done=ended):
+            return consent
         past = recent(self.model, turns, 8)
         *before, last = _with_status(
             self.model,
             "human",
             status,
-            description=" ".join(description.split()),
+            description=" ".join(self.profile.description.split()),
+            habit=self.habit,
             completion_phrase=completion_phrase(self.env),
             turns=past,
             query=query,
-            words=words,
         )
         prompt = [*before, *transcript(past), last]
         reply = self.model.generate(
-            prompt, max_tokens=max_tokens, stop=("\n",), seed=self.seed + len(turns)
+            prompt, max_tokens=_REPLY, stop=("\n",), seed=self.seed + len(turns)
         )
-        return " ".join(reply.text.split()).strip('" ')
+        return " ".join(reply.text.split()).strip('" ') or completion_phrase(self.env)

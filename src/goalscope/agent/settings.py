@@ -13,7 +13,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal, get_args
 
 from goalscope.agent.agent import K, Method
-from goalscope.agent.habits import Habit
+from goalscope.agent.people import Habit
 from goalscope.agent.toolkit import Module, Toolkit, toolkit_of
 from goalscope.base.types import TRACKING, InvalidInputError, Profile
 from goalscope.belief.goal_manager import UNEXPLAINED, Trigger

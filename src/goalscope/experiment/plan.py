@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import Any, Literal, get_args
 
 from goalscope.agent.agent import K, Method
-from goalscope.agent.habits import Habit
+from goalscope.agent.people import Habit
 from goalscope.agent.settings import Domain, Settings, load_domain, load_likelihood, profiles_of
 from goalscope.agent.toolkit import modules_named
 from goalscope.base.inputs import nearest, shown

@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Any, cast, get_args
 
 from goalscope.agent.agent import Method
-from goalscope.agent.habits import Habit
+from goalscope.agent.people import Habit
 from goalscope.agent.settings import Domain
 from goalscope.base.inputs import nearest, read_table, refuse_unknown, shown
 from goalscope.base.types import InvalidInputError

@@ -9,7 +9,6 @@ from dataclasses import asdict, replace
 from typing import Any, get_args
 
 from goalscope.agent.agent import Agent, run_episode
-from goalscope.agent.habits import habitual
 from goalscope.agent.people import ConsoleHuman, Human, ScriptedHuman, SimulatedHuman
 from goalscope.agent.round import Round
 from goalscope.agent.settings import (
@@ -17,7 +16,6 @@ from goalscope.agent.settings import (
     Settings,
     likelihood_for,
     profile_named,
-    profiles_of,
     settings_of,
     toolkit_for,
 )
@@ -109,8 +107,7 @@ class Session:
             understood: Called with each round before the agent acts.
 
         Raises:
-            InvalidInputError: There is no such profile, or no other one whose goal they could
-                have before they change their mind.
+            InvalidInputError: There is no such profile.
         """
         self.profile = profile_named(settings, profile) if profile else None
         self._store, self._settings, self._env = store, settings, env
@@ -251,7 +248,5 @@ class Session:
             raise ValueError("a scripted or simulated person needs a profile")
         if human == "scripted":
             return ScriptedHuman(self.profile, self._env)
-        if human == "simulated":
-            return SimulatedHuman(model, self.profile, self._env, seed)
-        people = profiles_of(self._settings)
-        return habitual(human, model, self.profile, self._env, seed=seed, people=people)
+        habit = None if human == "simulated" else human
+        return SimulatedHuman(model, self.profile, self._env, seed, habit)
