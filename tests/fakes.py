@@ -58,8 +58,18 @@ class WordModel:
         self.context_size = context_size
         self.calls = 0
 
+    taught = False
+
     @property
     def writer(self) -> "WordModel | None":
+        return self
+
+    @property
+    def reader(self) -> "WordModel":
+        return self
+
+    @property
+    def speaker(self) -> "WordModel":
         return self
 
     def token_logprobs(

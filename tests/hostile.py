@@ -67,9 +67,11 @@ class Hostile:
     name = "hostile"
     context_size = 4096
     takes_grammar = True
+    taught = False
 
     def __init__(self, seed: int) -> None:
         self.random = random.Random(seed)
+        self.reader = self.speaker = self
         self.writer = self if seed % 2 else None  # it was taught to write, or is prompted
         self.mood = self.random.choice(["sure", "never", "random", "greedy", "NaN"])
 

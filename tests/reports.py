@@ -60,7 +60,7 @@ def dialogue(n: int) -> tuple[dict, dict]:
         "outright": [{"goal": 0, "sure": 0.9}] * 2,
         "tfidf": [[0.0, 1.0, 0.0]] * 2,
     }
-    return {**spec, "model": {}, "layout": "goal-last", "end_of_turn": False}, result
+    return {**spec, "model": {}, "layout": "goal-last"}, result
 
 
 def episode(method: str, profile: str, score: float) -> tuple[dict, dict]:

@@ -15,19 +15,16 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from goalscope.base.types import UNSPECIFIED, Goal, GoalscopeError, InvalidInputError
-from goalscope.belief import calibrations as shipped
 from goalscope.belief.belief import Belief, log_posteriors
 from goalscope.belief.calibration import (
     DEFAULT,
     LAST_TURN,
     PAPER,
-    Calibration,
-    calibration_from_json,
-)
-from goalscope.belief.calibrations import (
     SHIPPED,
     YOURS,
+    Calibration,
     calibration_file,
+    calibration_from_json,
     calibration_named,
     keep_calibration,
     known_calibration,
@@ -323,23 +320,25 @@ def own(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     return tmp_path / "data"
 
 
-def known(scorer=SCORER, layout: str = "goal-last", *, end_of_turn: bool = False) -> Calibration:
-    return known_calibration(scorer, layout, end_of_turn=end_of_turn)[0]
+def known(scorer=SCORER, layout: str = "goal-last") -> Calibration:
+    return known_calibration(scorer, layout)[0]
 
 
 def test_a_model_has_the_users_calibration_or_the_shipped_one_or_the_usual(
     own: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    found, origin = known_calibration(SCORER, "goal-last", end_of_turn=False)
+    found, origin = known_calibration(SCORER, "goal-last")
     assert found == DEFAULT
     assert "goalscope calibrate" in origin
-    file = calibration_file(SCORER, "goal-last", end_of_turn=False)
+    file = calibration_file(SCORER, "goal-last")
     assert file.is_relative_to(own)
-    monkeypatch.setattr(shipped, "files", lambda _: tmp_path / "shipped")
-    keep_calibration(tmp_path / "shipped" / file.name, replace(DEFAULT, temperature=3.0), {})
+    monkeypatch.setattr("goalscope.belief.calibration.files", lambda _: tmp_path / "shipped")
+    keep_calibration(
+        tmp_path / "shipped/calibrations" / file.name, replace(DEFAULT, temperature=3.0), {}
+    )
     assert known() == replace(DEFAULT, temperature=3.0)
     keep_calibration(file, replace(DEFAULT, temperature=4.0), {})
-    found, origin = known_calibration(SCORER, "goal-last", end_of_turn=False)
+    found, origin = known_calibration(SCORER, "goal-last")
     assert (found.temperature, origin) == (4.0, YOURS)
     file.write_text("{}")
     with pytest.raises(InvalidInputError, match="Delete it"):
@@ -354,15 +353,14 @@ def test_a_calibration_is_of_one_model_with_its_adapter_and_prompt(
     same.write_bytes(b"a")
     other.write_bytes(b"b")
     adapted = SimpleNamespace(name=SCORER.name, adapter=one)
-    keep_calibration(calibration_file(adapted, "goal-last", end_of_turn=False), LAST_TURN, {})
+    keep_calibration(calibration_file(adapted, "goal-last"), LAST_TURN, {})
     assert known(adapted) == LAST_TURN
     assert known(SimpleNamespace(name=SCORER.name, adapter=same)) == LAST_TURN
     for unlike in (SCORER, SimpleNamespace(name=SCORER.name, adapter=other),
                    SimpleNamespace(name="another", adapter=one)):  # fmt: skip
         assert known(unlike) == DEFAULT
     assert known(adapted, "goal-first") == DEFAULT
-    assert known(adapted, end_of_turn=True) == DEFAULT
-    keep_calibration(calibration_file(SCORER, "goal-last", end_of_turn=False), PAPER, {})
+    keep_calibration(calibration_file(SCORER, "goal-last"), PAPER, {})
     assert known(SimpleNamespace(name=SCORER.name)) == PAPER  # served models have no adapter
 
 
@@ -370,13 +368,13 @@ def test_a_calibration_is_of_one_model_with_its_adapter_and_prompt(
 def test_the_embedded_model_is_calibrated_with_its_adapter_and_without(adapter) -> None:
     opened = open_model(adapter=adapter)
     scorer = opened.speaker if isinstance(opened, ModelSet) else opened
-    found, where = known_calibration(scorer, DEFAULT_LAYOUT, end_of_turn=False)
+    found, where = known_calibration(scorer, DEFAULT_LAYOUT)
     assert where == SHIPPED
     assert found.thresholds
     assert found.n > 0
 
 
 def test_tests_see_none_of_the_calibrations_of_this_machine(data_folder: Path) -> None:
-    file = calibration_file(SCORER, "goal-last", end_of_turn=False)
+    file = calibration_file(SCORER, "goal-last")
     assert file.is_relative_to(data_folder)
     assert not file.parent.exists()

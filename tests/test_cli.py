@@ -15,8 +15,13 @@ from conftest import shop, store_file, words  # noqa: F401  (for the files that 
 from fakes import NamedModel
 from goalscope.base.types import UNSPECIFIED, Goal
 from goalscope.belief.belief import Belief
-from goalscope.belief.calibration import DEFAULT, LAST_TURN, PAPER, calibration_from_json
-from goalscope.belief.calibrations import keep_calibration
+from goalscope.belief.calibration import (
+    DEFAULT,
+    LAST_TURN,
+    PAPER,
+    calibration_from_json,
+    keep_calibration,
+)
 from goalscope.cli.models import _engine
 from goalscope.experiment.locking import sole
 from goalscope.models.llama.engine import READY, Engine

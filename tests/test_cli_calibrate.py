@@ -10,11 +10,11 @@ from types import SimpleNamespace
 import pytest
 
 from goalscope import models
-from goalscope.belief.calibration import calibration_from_json
-from goalscope.belief.calibrations import (
+from goalscope.belief.calibration import (
     SHIPPED,
     YOURS,
     calibration_file,
+    calibration_from_json,
     calibration_named,
     known_calibration,
 )
@@ -50,7 +50,7 @@ def cells(n, seed=0, *, model=MODEL, layout="goal-last", set="teach", goals=5, g
         case = {"id": each.id, "group": f"g{i % groups}", "task": "t", "truth": each.truth}
         case |= {"goals": [f"g{k}" for k in range(goals)], "turns": [{}] * len(each.goals)}
         spec = {"kind": "dialogue", "set": set, "split": "valid", "goal_set": "hard", "case": case}
-        spec |= {"model": model, "layout": layout, "end_of_turn": False}
+        spec |= {"model": model, "layout": layout}
         yield spec, {"role-play": each.goals.tolist(), "unspecified": each.unspecified.tolist()}
 
 
@@ -73,20 +73,20 @@ def calibrated(*args):
 
 def test_a_model_is_calibrated_from_then_on(data):
     fill("r.db", *cells(60))
-    before = known_calibration(SCORER, "goal-last", end_of_turn=False)
+    before = known_calibration(SCORER, "goal-last")
     assert "not calibrated" in before[1]
     (told,) = calibrated("r.db")
-    found, origin = known_calibration(SCORER, "goal-last", end_of_turn=False)
+    found, origin = known_calibration(SCORER, "goal-last")
     assert origin == YOURS
     assert found == calibration_from_json(told["calibration"])
     assert found.temperature == pytest.approx(3, rel=0.3)
     assert (found.n, len(found.thresholds)) == (60, 5)
-    file = calibration_file(SCORER, "goal-last", end_of_turn=False)
+    file = calibration_file(SCORER, "goal-last")
     assert told["file"] == str(file)
     assert [each for each in data.rglob("*") if each.is_file()] == [file]
     kept = json.loads(file.read_text())
     assert kept | {"file": str(file), "better": None} == told
-    assert (told["model"], told["layout"], told["end_of_turn"]) == ("small", "goal-last", False)
+    assert (told["model"], told["layout"]) == ("small", "goal-last")
     assert told["dialogues"] == {"teach hard": 60}
     quality = told["quality"]
     assert list(quality) == ["Eq. 1", "default", "held out"]
@@ -121,7 +121,7 @@ def test_it_is_shown_in_words(data):
     fill("r.db", *cells(12), *cells(6, 1, set="[/b]"))
     shown = invoke("calibrate", "r.db", "--anyway")
     assert shown.exit_code == 0, shown.output
-    made, _ = known_calibration(SCORER, "goal-last", end_of_turn=False)
+    made, _ = known_calibration(SCORER, "goal-last")
     text = " ".join(shown.stdout.split())
     for words in ("small, goal-last", "12 of teach hard", "6 of [/b] hard", "held out", " %",
                   f"temperature {made.temperature:g}", "saved in"):  # fmt: skip
@@ -145,23 +145,21 @@ def test_each_model_and_layout_has_its_own_from_all_files():
     ]
     assert len({each["file"] for each in told}) == 3
     for model, layout in ((MODEL, "goal-last"), (MODEL, "goal-first"), ({}, "goal-last")):
-        made = known_calibration(scorer_of(model), layout, end_of_turn=False)
+        made = known_calibration(scorer_of(model), layout)
         assert made[1] == YOURS
-    assert known_calibration(SCORER, "goal-last", end_of_turn=True)[1] != YOURS
 
 
 def test_of_several_models_and_layouts_one_is_named(data):
-    ending = [({**spec, "end_of_turn": True}, result) for spec, result in cells(9, 2)]
-    fill("r.db", *cells(8), *cells(7, 1, layout="goal-first"), *ending)
-    (told,) = calibrated("r.db", "--out", "mine.json", "--only", "small, goal-last, end of turn")
-    assert (told["end_of_turn"], told["calibration"]["n"]) == (True, 9)
-    assert calibration_named("mine.json").n == 9
+    fill("r.db", *cells(8), *cells(7, 1, layout="goal-first"))
+    (told,) = calibrated("r.db", "--out", "mine.json", "--only", "small, goal-last")
+    assert told["calibration"]["n"] == 8
+    assert calibration_named("mine.json").n == 8
     (told,) = calibrated("r.db", "--only", "small, goal-first")
     assert told["calibration"]["n"] == 7
-    assert known_calibration(SCORER, "goal-last", end_of_turn=False)[1] != YOURS
+    assert known_calibration(SCORER, "goal-last")[1] != YOURS
     said = fails(2, "calibrate", "r.db", "--only", "large, goal-last")
     assert "no results of 'large, goal-last'" in said
-    assert "They have: small, goal-last; small, goal-first; small, goal-last, end of turn." in said
+    assert "They have: small, goal-last; small, goal-first." in said
 
 
 def test_what_was_not_measured_or_asked_for_is_passed_over(data):
@@ -223,17 +221,17 @@ def test_of_few_people_nothing_is_kept_unless_it_is_said(data):
     assert not data.exists()
     fill("enough.db", *cells(50))
     assert invoke("calibrate", "enough.db").exit_code == 0
-    assert known_calibration(SCORER, "goal-last", end_of_turn=False)[1] == YOURS
+    assert known_calibration(SCORER, "goal-last")[1] == YOURS
 
 
 def test_reset_brings_back_what_was_used_before(data, monkeypatch):
     adapter = Path(models.__file__).parent / "general" / "adapter.gguf"
     shipped = SimpleNamespace(name="Smollm2 135M 8k Lc100K Mix1 Ep2", adapter=adapter)
     monkeypatch.setattr(identity, "opened", lambda model: SCORER if model == MODEL else shipped)
-    before = known_calibration(shipped, "goal-last", end_of_turn=False)
+    before = known_calibration(shipped, "goal-last")
     assert before[1] == SHIPPED
     fill("r.db", *cells(8, model={}), *cells(9, 1))
-    file = calibration_file(SCORER, "goal-last", end_of_turn=False)
+    file = calibration_file(SCORER, "goal-last")
     for rows in ([OWN], [OWN, OWN], [OWN]):  # the shipped one; one's own, too; which is then broken
         result = invoke("calibrate", "r.db", "--anyway")
         assert result.exit_code == 0, result.output
@@ -244,10 +242,10 @@ def test_reset_brings_back_what_was_used_before(data, monkeypatch):
     assert "no calibration for 'large'" in fails(2, "calibrate", "--reset", "--only", "large")
     gone = invoke("calibrate", "--reset", "--only", "small, goal-last").stdout
     assert gone.startswith("Deleted: small, goal-last. ")
-    assert known_calibration(SCORER, "goal-last", end_of_turn=False)[1] != YOURS
-    assert known_calibration(shipped, "goal-last", end_of_turn=False)[1] == YOURS
+    assert known_calibration(SCORER, "goal-last")[1] != YOURS
+    assert known_calibration(shipped, "goal-last")[1] == YOURS
     file.write_text("[" * 9)
     assert len(json.loads(invoke("calibrate", "--reset", "--json").stdout)["reset"]) == 2
-    assert known_calibration(shipped, "goal-last", end_of_turn=False) == before
+    assert known_calibration(shipped, "goal-last") == before
     assert "no calibration of your own" in invoke("calibrate", "--reset").stdout
     assert "--reset" in fails(2, "calibrate", "--reset", "r.db")

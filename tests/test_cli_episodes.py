@@ -9,8 +9,7 @@ import pytest
 import test_cli
 from goalscope.agent.agent import Agent
 from goalscope.agent.settings import settings_of
-from goalscope.belief.calibration import DEFAULT, PAPER
-from goalscope.belief.calibrations import keep_calibration
+from goalscope.belief.calibration import DEFAULT, PAPER, keep_calibration
 from goalscope.storage.store import Store, new_episode
 from test_cli import PROFILES, ROW, fails, invoke, rows_file
 from test_store import a_round

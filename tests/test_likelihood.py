@@ -44,12 +44,6 @@ def test_normalising_over_goals_cancels() -> None:
     assert plain.observe(divided).probability == pytest.approx(plain.observe(row).probability)
 
 
-def test_end_of_turn_is_one_more_token_for_every_goal() -> None:
-    without = RolePlay(WordModel()).log_likelihood("t", [CAKE, SOUP], TURNS)
-    with_end = RolePlay(WordModel(), end_of_turn=True).log_likelihood("t", [CAKE, SOUP], TURNS)
-    assert with_end == pytest.approx(without + math.log(0.5))
-
-
 @pytest.mark.parametrize("layout", LAYOUTS)
 def test_full_context_drops_old_turns_for_all_goals_alike(layout) -> None:
     model = WordModel(context_size=GOAL_TOKENS + 200)
@@ -183,15 +177,15 @@ def test_a_tracker_believes_as_its_likelihood_is_calibrated_unless_told_otherwis
 ) -> None:
     asked = []
 
-    def known(scorer, layout, *, end_of_turn):
-        asked.append((scorer.name, layout, end_of_turn))
+    def known(scorer, layout):
+        asked.append((scorer.name, layout))
         return Calibration(temperature=7.0), "known"
 
     monkeypatch.setattr("goalscope.belief.likelihood.known_calibration", known)
-    roleplay = RolePlay(WordModel(), layout="goal-first", end_of_turn=True)
+    roleplay = RolePlay(WordModel(), layout="goal-first")
     tracker = GoalTracker(likelihood=roleplay, goals=["bake cake", "cook soup"])
     assert tracker.observe("Yes?", "cake").calibration == Calibration(temperature=7.0)
-    assert asked == [("words", "goal-first", True)]
+    assert asked == [("words", "goal-first")]
     tracker.add(["wash"])
     tracker.drop(["wash"])
     assert tracker.belief.calibration == Calibration(temperature=7.0)

@@ -9,6 +9,7 @@ from goalscope.agent.people import HABITS, Habit, SimulatedHuman
 from goalscope.agent.settings import Settings
 from goalscope.base.types import Profile
 from goalscope.cli import chat as cli_chat
+from goalscope.envs.grocery import Catalogue, GroceryShop
 from goalscope.models import Completion
 from goalscope.storage.session import Session
 from goalscope.storage.store import Store
@@ -50,7 +51,8 @@ def test_an_episode_keeps_the_habit(tmp_path) -> None:
     settings = Settings(human="terse", method="no-goals", rounds=1)
     model = Player()
     with Store.open(tmp_path / "episodes.db") as store:
-        first = Session(store, settings, LampRoom(), model, profile="cafe")
+        env = GroceryShop(Catalogue.load(None))
+        first = Session(store, settings, env, model, profile="cafe")
         assert len([*first.run()]) == 1
         assert store.episode(first.id).settings["human"] == "terse"
     assert any(HABITS["terse"] in prompt for prompt, _ in model.prompts)

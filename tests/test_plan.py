@@ -11,8 +11,7 @@ import pytest
 
 from goalscope.agent.toolkit import MODULES
 from goalscope.base.types import InvalidInputError
-from goalscope.belief.calibration import Calibration
-from goalscope.belief.calibrations import keep_calibration
+from goalscope.belief.calibration import Calibration, keep_calibration
 from goalscope.datasets import data_folder
 from goalscope.experiment.plan import (
     DialoguesPart,
@@ -136,13 +135,9 @@ REFUSED = [
     ("episodes = {domain = 'grocery', likelihood = 'mine.py:Nine'}", "Nine is missing"),
     (
         "episodes = {domain = 'grocery', likelihood = 'mine.py:Mine', layouts = 'goal-first'}",
-        "only apply to the role-play likelihood",
+        "only applies to the role-play likelihood",
     ),
     ("dialogues = {jsonl = 'd.jsonl', likelihood = 'mine.py:Nine'}", "Nine is missing"),
-    (
-        "dialogues = {jsonl = 'd.jsonl', likelihood = 'mine.py:Mine', end_of_turn = true}",
-        "only apply to the role-play likelihood",
-    ),
     (
         "episodes = {domain = 'grocery'}\n[judge]\ntemperature = 'paper'",
         "'temperature' must be a number from 0 to 2, not 'paper'",

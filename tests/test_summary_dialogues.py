@@ -34,7 +34,7 @@ def dialogue(id: int, truth: int, turns: int, *, group: str | None = None, **res
     spec = {"kind": "dialogue", "set": "teach", "split": "valid", "goal_set": "hard", "case": case}
     own = {"unspecified": [0.0] * turns, "calibration": asdict(Calibration(temperature=2.0))}
     result = {**own, **result}
-    return {**spec, "model": MODEL, "layout": "goal-last", "end_of_turn": False}, result
+    return {**spec, "model": MODEL, "layout": "goal-last"}, result
 
 
 SURE = [2.0, 0.0, 0.0, 0.0]

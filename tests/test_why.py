@@ -333,25 +333,6 @@ def test_what_why_cannot_tell_is_said_in_one_line(kept, store_file) -> None:  # 
     assert invoke("why", kept, "--round", 0).exit_code == 2
 
 
-def test_words_add_up_where_the_end_of_the_turn_counts() -> None:
-    class Ending(Speller):
-        def token_logprobs(self, contexts, continuations, *, end_of_turn=False):
-            rows = super().token_logprobs(contexts, continuations)
-            ends = [-len(str(context)) / 50.0 for context in contexts]
-            return (
-                [np.append(row, end) for row, end in zip(rows, ends, strict=True)]
-                if end_of_turn
-                else rows
-            )
-
-    likelihood = RolePlay(Ending(), end_of_turn=True)
-    table = likelihood.log_likelihood("t", SUPPORT, TURNS)
-    belief = replace(Belief.uniform(SUPPORT), log_likelihood=table)
-    words = word_evidence(likelihood, "t", belief, TURNS, SUPPORT[1])
-    expected = reasons(belief, TURNS, SUPPORT[1])[-1].evidence
-    assert sum(nats for _, nats in words) == pytest.approx(expected)
-
-
 def test_characters_of_several_tokens_stay_whole(tmp_path: Path) -> None:
     fits = pytest.importorskip("fits")
     words = "Crème brûlée 🎂 für 茶"

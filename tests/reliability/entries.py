@@ -18,8 +18,7 @@ from goalscope.agent.people import ask
 from goalscope.agent.planner import Want
 from goalscope.agent.toolkit import toolkit_of
 from goalscope.base.types import UNSPECIFIED, Goal, GoalscopeError, UnreadableAnswerError
-from goalscope.belief.calibration import DEFAULT
-from goalscope.belief.calibrations import calibration_named
+from goalscope.belief.calibration import DEFAULT, calibration_named
 from goalscope.belief.goal_manager import propose
 from goalscope.envs import grocery, house
 from goalscope.envs.grocery import Catalogue, GroceryShop

@@ -25,8 +25,7 @@ from sqlalchemy.engine.default import DefaultDialect
 import lives as fork
 from fakes import WordModel
 from goalscope.base.types import GoalscopeError, InvalidInputError
-from goalscope.belief.calibration import DEFAULT
-from goalscope.belief.calibrations import calibration_named, keep_calibration
+from goalscope.belief.calibration import DEFAULT, calibration_named, keep_calibration
 from goalscope.belief.likelihood import RolePlay
 from goalscope.experiment import identity
 from goalscope.experiment.infer import infer, read_dialogues, trim_output

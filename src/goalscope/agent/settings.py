@@ -80,7 +80,6 @@ class Settings:
         unity: Program that AI2-THOR starts; None for its own build.
         likelihood: A likelihood of one's own (see `load_likelihood`); None for the role-play one.
         layout: Where the role-play prompt states the goal; None for the default place.
-        end_of_turn: Whether the end of the utterance is scored.
         calibration: Name or file of one; None for that of `Agent`.
         propose: See `Agent`, as for the next two.
         k: Number of goals to act on.
@@ -105,7 +104,6 @@ class Settings:
     unity: str | None = None
     likelihood: str | None = None
     layout: Layout | None = None
-    end_of_turn: bool = False
     calibration: str | None = None
     propose: Trigger = UNEXPLAINED
     k: int = K
@@ -300,8 +298,7 @@ def likelihood_for(settings: Settings, model: LikelihoodModel) -> Likelihood:
     """The likelihood of an episode."""
     if settings.likelihood:
         return own_likelihood(settings.likelihood, model)
-    layout = settings.layout or DEFAULT_LAYOUT
-    return RolePlay(model, layout=layout, end_of_turn=settings.end_of_turn)
+    return RolePlay(model, layout=settings.layout or DEFAULT_LAYOUT)
 
 
 def own_likelihood(name: str, model: LikelihoodModel) -> Likelihood:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Collection, Iterable
 from dataclasses import dataclass
-from typing import Literal, cast, get_args
+from typing import Literal, get_args
 
 from goalscope.agent.people import Asker
 from goalscope.agent.planner import NeedPlanner, Planner
@@ -12,7 +12,7 @@ from goalscope.agent.prompted import PromptedPlanner, PromptedWriter
 from goalscope.agent.writer import Writer
 from goalscope.base.types import InvalidInputError
 from goalscope.belief.goal_manager import Proposer
-from goalscope.models import Model
+from goalscope.models import Model, Roles
 
 Module = Literal["propose", "remove", "plan", "query"]
 
@@ -64,8 +64,7 @@ def toolkit_of(model: Model, prompted: Collection[Module] = ()) -> Toolkit:
         InvalidInputError: The model does not write.
     """
     by_prompt = PromptedWriter(model)
-    taught = cast("Model | None", getattr(model, "writer", None))
-    writer = Writer(taught) if taught else None
+    writer = Writer(model.writer) if isinstance(model, Roles) and model.writer else None
     planner = PromptedPlanner(by_prompt)
     return Toolkit(
         proposer=writer if writer and "propose" not in prompted else by_prompt,

@@ -19,16 +19,12 @@ from goalscope.base.types import (
     ModelError,
     Turn,
 )
-from goalscope.belief.calibration import Calibration
-from goalscope.belief.calibrations import known_calibration
-from goalscope.models import LikelihoodModel
+from goalscope.belief.calibration import Calibration, known_calibration
+from goalscope.models import LikelihoodModel, Roles
 from goalscope.models.adapters import FITTED_LAYOUT, NO_ADAPTER
 from goalscope.models.opening import parts
 from goalscope.models.scoring import logprobs_of
 from goalscope.prompts import render, transcript
-
-__all__ = ["DEFAULT_LAYOUT", "Layout", "Likelihood", "RolePlay"]
-__all__ += ["calibration_of", "evidence_of", "misfit", "unusable"]
 
 Array = npt.NDArray[np.float64]
 Layout = Literal["goal-first", "goal-last"]
@@ -79,7 +75,6 @@ class RolePlay:
         model: Scores the words; by its `speaker`, if it has one (see `ModelSet`).
         layout: Where the goal stands: in the instruction ("goal-first"), or beside the agent's
             last query ("goal-last"). With both, goals share their common prefix in the cache.
-        end_of_turn: Whether the end of the utterance is scored, too.
 
     Raises:
         InvalidInputError: There is no such layout, or the model's adapter was fitted with another.
@@ -90,7 +85,6 @@ class RolePlay:
         model: LikelihoodModel,
         *,
         layout: Layout = DEFAULT_LAYOUT,
-        end_of_turn: bool = False,
     ) -> None:
         if layout not in ("goal-first", "goal-last"):
             raise InvalidInputError(f'layout must be "goal-first" or "goal-last", not {layout!r}')
@@ -101,17 +95,15 @@ class RolePlay:
                 f"The adapter was fitted with the layout {fitted}, not {layout}. Give --layout "
                 f"{fitted}, or --adapter {NO_ADAPTER}."
             )
-        self.model: LikelihoodModel = getattr(model, "speaker", model)
+        self.model = model.speaker if isinstance(model, Roles) else model
         self.layout: Layout = layout
-        self.end_of_turn = end_of_turn
         self._calibration: Calibration | None = None
 
     @property
     def calibration(self) -> Calibration:
         """The calibration for this model, adapter and prompt; see `known_calibration`."""
         if self._calibration is None:
-            found = known_calibration(self._speaker, self.layout, end_of_turn=self.end_of_turn)
-            self._calibration = found[0]
+            self._calibration, _ = known_calibration(self._speaker, self.layout)
         return self._calibration
 
     def log_likelihood(
@@ -132,7 +124,7 @@ class RolePlay:
                     f"Say it in fewer words: {goal.text[:60]!r}..."
                 )
         words = [turn.utterance for turn in turns[since:] for _ in goals]
-        scores = logprobs_of(self.model, contexts, words, end_of_turn=self.end_of_turn)
+        scores = logprobs_of(self.model, contexts, words)
         values = np.array([float(score.sum()) for score in scores])
         return values.reshape(len(turns) - since, len(goals))
 
@@ -141,8 +133,7 @@ class RolePlay:
     ) -> tuple[list[str], Array]:
         """The tokens of the last utterance as text, and their [N, G] log-probabilities, nats.
 
-        A character of several tokens belongs to the last of them. If the end of the utterance is
-        scored, it is a token without text.
+        A character of several tokens belongs to the last of them.
 
         Raises:
             ModelError: The model has no tokenizer.
@@ -154,16 +145,14 @@ class RolePlay:
         read = turns[self.window(task, turns) :]
         words = turns[-1].utterance
         contexts = [self.context(task, goal, read) for goal in goals]
-        scores = logprobs_of(
-            self.model, contexts, [words] * len(goals), end_of_turn=self.end_of_turn
-        )
+        scores = logprobs_of(self.model, contexts, [words] * len(goals))
         tokens: list[int] = tokenizer.tokenize(words)
         ends = [
             len(tokenizer.detokenize(tokens[:end]).rstrip("\N{REPLACEMENT CHARACTER}"))
             for end in range(len(tokens))
         ]
         pieces = [words[start:end] for start, end in itertools.pairwise([*ends, len(words)])]
-        return [*pieces, *[""] * self.end_of_turn], np.stack(scores, axis=1)
+        return pieces, np.stack(scores, axis=1)
 
     def window(self, task: str, turns: Sequence[Turn]) -> int:
         """Index of the first turn that fits the context when the last utterance is scored.

@@ -25,8 +25,7 @@ from goalscope.base.types import (
     readable,
 )
 from goalscope.belief.belief import Belief, belief_from_json, belief_to_json
-from goalscope.belief.calibration import Calibration
-from goalscope.belief.calibrations import NAMED, calibration_named
+from goalscope.belief.calibration import NAMED, Calibration, calibration_named
 from goalscope.belief.likelihood import (
     Likelihood,
     RolePlay,

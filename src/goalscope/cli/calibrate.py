@@ -34,15 +34,13 @@ class Way(NamedTuple):
 
     model: str
     layout: str
-    end_of_turn: bool
 
     @property
     def name(self) -> str:
         """The name that `--only` takes."""
         from goalscope.models.opening import model_label
 
-        label = model_label(json.loads(self.model))
-        return _name(label, self.layout, end_of_turn=self.end_of_turn)
+        return f"{model_label(json.loads(self.model))}, {self.layout}"
 
 
 Cells = list[tuple[Any, Any]]
@@ -128,7 +126,7 @@ def _read(results: Sequence[Path], only: str | None) -> dict[Way, Cells]:
             for cell in kept.asked_for():
                 spec = cell.spec
                 if spec["kind"] == "dialogue" and cell.result:
-                    way = Way(json.dumps(spec["model"]), spec["layout"], spec["end_of_turn"])
+                    way = Way(json.dumps(spec["model"]), spec["layout"])
                     ways.setdefault(way, []).append((spec, cell.result))
     if not ways:
         raise InvalidInputError("These files hold no dialogues with known goals.")
@@ -175,18 +173,17 @@ def _fit(way: Way, found: Sequence[Observed], out: Path | None) -> dict[str, Any
     from contextlib import suppress
     from dataclasses import asdict
 
-    from goalscope.belief import calibrations
+    from goalscope.belief import calibration as calibrations
     from goalscope.belief.calibration import DEFAULT, PAPER, Calibration
     from goalscope.experiment.fit_calibration import fit_calibration, quality
     from goalscope.experiment.identity import opened
     from goalscope.models.opening import model_label, parts
 
     model = json.loads(way.model)
-    prompt: dict[str, Any] = {"layout": way.layout, "end_of_turn": way.end_of_turn}
     scorer, origin = parts(opened(model))[1], ""
     beside: dict[str, Calibration | None] = {"Eq. 1": PAPER, "default": DEFAULT}
     with suppress(InvalidInputError):  # a broken file of one's own
-        known, origin = calibrations.known_calibration(scorer, **prompt)
+        known, origin = calibrations.known_calibration(scorer, way.layout)
         if origin in (calibrations.YOURS, calibrations.SHIPPED):
             beside[OWN] = known
     beside[HELD_OUT] = None
@@ -199,11 +196,11 @@ def _fit(way: Way, found: Sequence[Observed], out: Path | None) -> dict[str, Any
         fitted = fit_calibration(found)
     about: dict[str, Any] = {
         "model": model_label(model),
-        **prompt,
+        "layout": way.layout,
         "dialogues": dict(Counter(each.origin for each in found)),
         "quality": rows,
     }
-    file = out or calibrations.calibration_file(scorer, **prompt)
+    file = out or calibrations.calibration_file(scorer, way.layout)
     calibrations.keep_calibration(file, fitted, about)
     # The user's earlier one may have been fitted on these very people.
     fair = [name for name in rows if name != OWN or origin == calibrations.SHIPPED]
@@ -212,18 +209,14 @@ def _fit(way: Way, found: Sequence[Observed], out: Path | None) -> dict[str, Any
     return {**about, "file": str(file), "calibration": asdict(fitted), "better": better}
 
 
-def _name(model: str, layout: str, *, end_of_turn: bool) -> str:
-    return f"{model}, {layout}" + ", end of turn" * end_of_turn
-
-
 def _reset(only: str | None, *, as_json: bool) -> None:
     from goalscope.base.text import terminal_safe
-    from goalscope.belief.calibrations import own_calibrations
+    from goalscope.belief.calibration import own_calibrations
 
     known: dict[Path, str] = {}
     for file, about in own_calibrations().items():
         model, layout = about.get("model", file.name), about.get("layout", "unreadable")
-        known[file] = _name(str(model), str(layout), end_of_turn=about.get("end_of_turn") is True)
+        known[file] = f"{model}, {layout}"
     gone = {file: name for file, name in known.items() if only in (None, name)}
     if only and not gone:
         there = f"There are: {'; '.join(known.values())}." if known else "There are none."
@@ -254,7 +247,7 @@ def _show(made: Sequence[Mapping[str, Any]], *, kept: bool) -> None:
     out = console()
     for each in made:
         dialogues = ", ".join(f"{n} of {name}" for name, n in each["dialogues"].items())
-        name = _name(each["model"], each["layout"], end_of_turn=each["end_of_turn"])
+        name = f"{each['model']}, {each['layout']}"
         grid = Grid(
             title=terminal_safe(f"{name}: {dialogues}"),
             title_justify="left",

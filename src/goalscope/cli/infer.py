@@ -51,7 +51,7 @@ def infer(
 
     from goalscope.agent.settings import Settings, likelihood_for, load_likelihood
     from goalscope.base.text import model_shown, terminal_safe
-    from goalscope.belief.calibrations import calibration_named
+    from goalscope.belief.calibration import calibration_named
     from goalscope.belief.likelihood import RolePlay
     from goalscope.experiment.identity import hashes_of, own_identity
     from goalscope.experiment.infer import infer as infer_dialogues

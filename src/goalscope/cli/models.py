@@ -135,7 +135,7 @@ def doctor(
 
     from goalscope.base.optional_packages import EXTRAS, remedy
     from goalscope.base.user_dirs import user_cache
-    from goalscope.belief.calibrations import known_calibration
+    from goalscope.belief.calibration import known_calibration
     from goalscope.belief.likelihood import DEFAULT_LAYOUT
     from goalscope.models.adapters import lost_adapters
     from goalscope.models.check import check as check_model
@@ -160,7 +160,7 @@ def doctor(
             found, wrong = check_model(engine)
             problems += wrong
             report |= found
-            made, origin = known_calibration(parts(engine)[1], DEFAULT_LAYOUT, end_of_turn=False)
+            made, origin = known_calibration(parts(engine)[1], DEFAULT_LAYOUT)
             prior_unspecified = (
                 "like any goal" if made.prior_unspecified is None else f"{made.prior_unspecified:g}"
             )

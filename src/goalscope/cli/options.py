@@ -236,7 +236,7 @@ def check_picture(picture: Path | str | None, domain: str) -> None:
 
 def calibration_file(given: str | None) -> str | None:
     """The name of a calibration, or the full path of its file, once it is checked."""
-    from goalscope.belief.calibrations import NAMED, calibration_named
+    from goalscope.belief.calibration import NAMED, calibration_named
 
     if given is None or given in NAMED:
         return given

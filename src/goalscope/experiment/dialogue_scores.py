@@ -22,7 +22,6 @@ def measure_evidence(
     case: Case,
     *,
     layout: Layout,
-    end_of_turn: bool = False,
     likelihood: Likelihood | None = None,
 ) -> dict[str, Any]:
     """Evidence for each goal from each turn, by the role-play likelihood or another one.
@@ -32,7 +31,7 @@ def measure_evidence(
         without a goal; `calibration`, how they become probabilities; `window`, the first turn that
         the model could still read at the end.
     """
-    scorer = likelihood or RolePlay(model, layout=layout, end_of_turn=end_of_turn)
+    scorer = likelihood or RolePlay(model, layout=layout)
     table = evidence_of(scorer, case.task, [*case.goals, UNSPECIFIED], case.turns)
     return {
         "role-play": table[:, :-1].tolist(),
@@ -47,7 +46,6 @@ def measure_dialogue(
     case: Case,
     *,
     layout: Layout,
-    end_of_turn: bool = False,
     likelihood: Likelihood | None = None,
     ask_outright: bool = True,
 ) -> dict[str, Any]:
@@ -60,9 +58,7 @@ def measure_dialogue(
         words; None where no adapter tells.
     """
     result: dict[str, Any] = {
-        **measure_evidence(
-            model, case, layout=layout, end_of_turn=end_of_turn, likelihood=likelihood
-        ),
+        **measure_evidence(model, case, layout=layout, likelihood=likelihood),
         "tfidf": tfidf(case.goals, case.turns).tolist(),
         "bm25": bm25(case.goals, case.turns).tolist(),
         "embedding": embedding(case.goals, case.turns).tolist(),

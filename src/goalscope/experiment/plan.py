@@ -68,7 +68,6 @@ class DialoguesPart:
         limit: Use only the first N dialogues.
         turns: Use only the first N turns of each dialogue.
         layouts: Where the likelihood prompt states the goal.
-        end_of_turn: Whether the end of the utterance is scored.
         outright: Whether to ask the model for the goal outright, too.
         likelihood: A likelihood of your own in place of the role-play one (see `load_likelihood`).
         change: The round (from 1) at which people change their mind (see `changes_of`), or None.
@@ -85,7 +84,6 @@ class DialoguesPart:
     limit: int | None = None
     turns: int | None = None
     layouts: tuple[Layout, ...] = (DEFAULT_LAYOUT,)
-    end_of_turn: bool = False
     outright: bool = True
     likelihood: str | None = None
     change: int | None = None
@@ -103,7 +101,6 @@ class EpisodesPart:
         methods: See `Agent`.
         humans: How the profile's person is played.
         layouts: Where the likelihood prompt states the goal.
-        end_of_turn: Whether the end of the utterance is scored.
         calibrations: Names or files; by default that of `Agent`.
         propose: See `Agent`; None for its default.
         k: Number of goals to act on; see `Agent`.
@@ -122,7 +119,6 @@ class EpisodesPart:
     methods: tuple[Method, ...] = get_args(Method)
     humans: tuple[Human, ...] = ("scripted",)
     layouts: tuple[Layout, ...] = (DEFAULT_LAYOUT,)
-    end_of_turn: bool = False
     calibrations: tuple[str, ...] = ()
     propose: Trigger | None = None
     k: int = K
@@ -283,7 +279,6 @@ def _dialogue_specs(
                     **drawn,
                     "turns": part.turns,
                     "layout": layout,
-                    "end_of_turn": part.end_of_turn,
                     "outright": part.outright,
                     **own,
                 }
@@ -313,7 +308,6 @@ def _change_specs(
             "goals": part.goals,
             "seed": part.seed,
             "layout": layout,
-            "end_of_turn": part.end_of_turn,
             **own,
         }
 
@@ -326,10 +320,10 @@ def _own_likelihood(part: DialoguesPart | EpisodesPart) -> dict[str, Any]:
     """
     if part.likelihood is None:
         return {}
-    if part.layouts != (DEFAULT_LAYOUT,) or part.end_of_turn:
+    if part.layouts != (DEFAULT_LAYOUT,):
         raise InvalidInputError(
-            "'layouts' and 'end_of_turn' only apply to the role-play likelihood. Leave them out, "
-            "or leave out 'likelihood'."
+            "'layouts' only applies to the role-play likelihood. Leave it out, or leave out "
+            "'likelihood'."
         )
     name = load_likelihood(part.likelihood)
     return {"likelihood": name, "files": hashes_of(Settings(likelihood=name))}
@@ -346,7 +340,6 @@ def _episode_specs(part: EpisodesPart, model: Model) -> Iterator[dict[str, Any]]
         "profiles": part.people,
         "catalogue": part.catalogue,
         "scene": part.scene,
-        "end_of_turn": part.end_of_turn,
         "rounds": part.rounds,
     }
     if part.propose is not None:

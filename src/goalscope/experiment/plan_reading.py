@@ -13,7 +13,7 @@ from goalscope.agent.people import Habit
 from goalscope.agent.settings import Domain
 from goalscope.base.inputs import nearest, read_table, refuse_unknown, shown
 from goalscope.base.types import InvalidInputError
-from goalscope.belief.calibrations import NAMED, calibration_named
+from goalscope.belief.calibration import NAMED, calibration_named
 from goalscope.belief.likelihood import Layout
 from goalscope.experiment.plan import (
     DialoguesPart,

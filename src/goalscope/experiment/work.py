@@ -81,7 +81,7 @@ def _dialogue(model: OpenModel, spec: Mapping[str, Any]) -> dict[str, Any]:
     turns = tuple(Turn(**turn) for turn in data["turns"])
     goals = tuple(map(Goal, data["goals"]))
     case = Case(data["id"], data["group"], data["task"], turns, goals, data["truth"])
-    way = {key: spec[key] for key in ("layout", "end_of_turn")}
+    way: dict[str, Any] = {"layout": spec["layout"]}
     if name := spec.get("likelihood"):
         if hashes_of(Settings(likelihood=name)) != spec["files"]:
             raise InvalidInputError(

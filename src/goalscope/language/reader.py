@@ -43,11 +43,8 @@ from goalscope.language.orders import (
     orders_to_text,
     words_of,
 )
-from goalscope.models import Generator
+from goalscope.models import Generator, Roles
 from goalscope.prompts import render
-
-__all__ = ["MOST_ORDERS", "ReadExample", "Reader"]
-__all__ += ["check_verbs", "grammar_of", "reader_of", "schema_of"]
 
 Form = Literal["text", "json"]
 
@@ -364,13 +361,8 @@ def reader_of(
         task: The agent and its task.
         examples: Few-shot examples.
     """
-    return Reader(
-        getattr(model, "reader", model),
-        verbs,
-        task=task,
-        examples=examples,
-        taught=bool(getattr(model, "taught", False)),
-    )
+    reader, taught = (model.reader, model.taught) if isinstance(model, Roles) else (model, False)
+    return Reader(reader, verbs, task=task, examples=examples, taught=taught)
 
 
 def grammar_of(verbs: Sequence[Verb], words: Iterable[str]) -> str:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any, Protocol
+from typing import Any, Protocol, runtime_checkable
 
 import numpy as np
 import numpy.typing as npt
@@ -21,6 +21,7 @@ __all__ = [
     "OpenGenerator",
     "OpenModel",
     "OpenScorer",
+    "Roles",
     "model_name",
     "unfinished_json",
 ]
@@ -132,6 +133,31 @@ class LikelihoodModel(LanguageModel, Protocol):
 
 class Model(Generator, LikelihoodModel, Protocol):
     """A model that both writes and scores."""
+
+
+@runtime_checkable
+class Roles(Protocol):
+    """Which part of a model does what, for one with adapters; see `ModelSet`."""
+
+    @property
+    def speaker(self) -> LikelihoodModel:
+        """Scores utterances."""
+        ...
+
+    @property
+    def reader(self) -> Generator:
+        """Reads utterances."""
+        ...
+
+    @property
+    def taught(self) -> bool:
+        """Whether the reader has an adapter."""
+        ...
+
+    @property
+    def writer(self) -> Model | None:
+        """Proposes goals, needs and questions with an adapter; None without one."""
+        ...
 
 
 class Opened(Protocol):

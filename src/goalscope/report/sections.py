@@ -190,7 +190,7 @@ def _facts(done: Sequence[Cell]) -> Iterator[str]:
         for cell in done
         for own in (cell.spec.get("settings", {}),)
     ]
-    for key in ("domain", "human", "likelihood", "layout", "calibration", "end_of_turn", "propose",
+    for key in ("domain", "human", "likelihood", "layout", "calibration", "propose",
                 "k", "prompted", "rounds", "seed", "trials"):  # fmt: skip
         values = dict.fromkeys(_text(each[key]) for each in settings if key in each)
         if values:

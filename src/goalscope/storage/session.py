@@ -21,7 +21,7 @@ from goalscope.agent.settings import (
 )
 from goalscope.base.types import TRACKING, Goal, GoalChange, InvalidInputError, Turn, pluralize
 from goalscope.belief.belief import Belief
-from goalscope.belief.calibrations import calibration_named
+from goalscope.belief.calibration import calibration_named
 from goalscope.belief.tracker import Correction
 from goalscope.envs import Environment
 from goalscope.models import Model, model_name

@@ -25,8 +25,7 @@ from goalscope.base.types import (
 )
 from goalscope.belief.advice import Advice, Advised, advised
 from goalscope.belief.belief import Belief
-from goalscope.belief.calibration import DEFAULT
-from goalscope.belief.calibrations import calibration_named
+from goalscope.belief.calibration import DEFAULT, calibration_named
 from goalscope.belief.explain import Reason, reasons
 from goalscope.belief.goal_manager import GoalManager, made_from
 from goalscope.belief.tracker import Correction, GoalTracker
