@@ -9,15 +9,16 @@ from typing import Any
 
 from goalscope.base.nouns import contains, head_words, singular, singulars, words
 from goalscope.envs import Pick
+from goalscope.envs.house.simulator.object_types import STATES as AFFORDANCES
 from goalscope.envs.house.simulator.state import is_whole
-from goalscope.envs.house.view import View, are, called, readable, the
+from goalscope.envs.house.view import ENDED, STATES, View, are, called, readable, the
 from goalscope.language.dialogue_state import DialogueState
 from goalscope.language.orders import Order
 
 EVERYTHING = "everything"
 """What names all that is here."""
 
-_STATES = (
+_ADJECTIVES = (
     ("open", "openable", "isOpen", True),
     ("closed", "openable", "isOpen", False),
     ("lit", "toggleable", "isToggled", True),
@@ -31,24 +32,13 @@ _STATES = (
     ("hot", "pickupable", "temperature", "Hot"),
     ("cold", "pickupable", "temperature", "Cold"),
 )
-"""Adjectives: the affordance that they need, the state, and its value."""
-
+"""For each adjective: the affordance that it needs, the state, and its value."""
 
 _TOLD = 6
 """Things that an answer tells of at most."""
 
 _INSIDE = 5
 """Things in or on one that an answer names at most."""
-
-_FACTS = (
-    ("openable", "isOpen", "open", "closed"),
-    ("toggleable", "isToggled", "on", "off"),
-    ("dirtyable", "isDirty", "dirty", "clean"),
-    ("isCooked", "isCooked", "cooked", ""),
-    ("isBroken", "isBroken", "broken", ""),
-    ("isUsedUp", "isUsedUp", "used up", ""),
-)
-"""The property that a state needs, the state, and its words."""
 
 GROUPS = {
     "food": "Apple Bread Egg EggCracked Lettuce Potato Tomato",
@@ -124,7 +114,7 @@ class Finder:
                 continue
             states = {
                 state: those
-                for state, needs, key, value in _STATES
+                for state, needs, key, value in _ADJECTIVES
                 if (those := [own for own in things if self._is(own, needs, key, value)])
                 and len(those) < len(things)
             }
@@ -172,7 +162,11 @@ def _fact(view: View, own: str) -> str:
     if not is_whole(thing):
         fate = "sliced" if thing["isSliced"] else "broken"
         return f"{name[0].upper()}{name[1:]} {are(name)} {fate}."
-    facts = [yes if thing[state] else no for needs, state, yes, no in _FACTS if thing[needs]]
+    facts = [
+        word if thing[key] else ENDED[key]
+        for key, word in STATES
+        if thing[key] or (key in ENDED and thing[AFFORDANCES[key]])
+    ]
     if thing["canFillWithLiquid"]:
         liquid = thing["fillLiquid"] or "a liquid"
         facts.append(f"full of {liquid}" if thing["isFilledWithLiquid"] else "empty")

@@ -37,8 +37,6 @@ from goalscope.language.matcher import Matcher
 from goalscope.language.orders import Order, Verb, orders_from_text, with_examples
 from goalscope.models.embedding import embedded
 
-__all__ = ["HomeRobot"]
-
 SAME_PLACE = 0.01
 """Metres within which an object has not moved."""
 
@@ -363,10 +361,8 @@ class HomeRobot(Proactive):
                 robot.act(f"{action.name.title()}Object", own, moveMagnitude="100")
             case "empty":
                 robot.act("EmptyLiquidFromObject", own)
-            case "use up":
-                robot.act("UseUpObject", own)
-            case _:
-                robot.act(f"{action.name.title()}Object", own)
+            case name:
+                robot.act(f"{name.title().replace(' ', '')}Object", own)
 
 
 def _problem(action: Action, own: str, place: str) -> str:

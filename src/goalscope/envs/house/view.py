@@ -18,7 +18,7 @@ STATES = (
     ("isOpen", "open"), ("isToggled", "on"), ("isSliced", "sliced"), ("isCooked", "cooked"),
     ("isBroken", "broken"), ("isDirty", "dirty"), ("isUsedUp", "used up"),
 )  # fmt: skip
-_ENDED = {"isOpen": "closed", "isToggled": "off", "isDirty": "clean"}
+ENDED = {"isOpen": "closed", "isToggled": "off", "isDirty": "clean"}
 _INSIDE = frozenset(
     {"BathtubBasin", "Bowl", "Cup", "GarbageCan", "Mug", "Pot", "Sink", "SinkBasin"}
 )
@@ -85,7 +85,7 @@ class View:
     def _new_states(self, thing: Mapping[str, Any], was: Mapping[str, Any]) -> list[str]:
         """The states that a thing was not in before: "open", "filled with water"."""
         new = [
-            word if thing[key] else _ENDED.get(key, f"no longer {word}")
+            word if thing[key] else ENDED.get(key, f"no longer {word}")
             for key, word in STATES
             if thing[key] != was[key]
         ]
@@ -104,7 +104,7 @@ class View:
         state = next(iter(groups), "")
         if verb in ACTS:
             _, key, value = ACTS[verb]
-            state = dict(STATES).get(key, "filled") if value else _ENDED.get(key, "empty")
+            state = dict(STATES).get(key, "filled") if value else ENDED.get(key, "empty")
         told = [the(self.names[own]) for own in things[:_SHOWN]]
         more = f", and {len(things) - _SHOWN} more" if len(things) > _SHOWN else ""
         verb = are(told[0]) if len(things) == 1 else "are"

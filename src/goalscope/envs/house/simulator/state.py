@@ -162,6 +162,12 @@ class State:
         yaw, horizon = agent["rotation"]["y"], agent["cameraHorizon"]
         return Pose(vec(agent["position"]), yaw, horizon, agent["isStanding"])
 
+    @property
+    def hand(self) -> Vec:
+        """Where the hand is."""
+        (x, y, z), yaw, (ahead, up) = self.pose.position, math.radians(self.pose.yaw), HAND
+        return (x + ahead * math.sin(yaw), y + up, z + ahead * math.cos(yaw))
+
     def survey(self) -> None:
         """Note anew where furniture stands."""
         boxes = (_solid(each, self.floor) for each in self.objects.values())
@@ -248,11 +254,7 @@ class State:
         """Bring up to date what is seen from here, and where the hand is."""
         pose = self.pose
         if self.held:
-            yaw = math.radians(pose.yaw)
-            x, y, z = pose.position
-            ahead, up = HAND
-            hand = (x + ahead * math.sin(yaw), y + up, z + ahead * math.cos(yaw))
-            self.shift(self.objects[self.held], hand)
+            self.shift(self.objects[self.held], self.hand)
         x, y, z = pose.position
         for own, each in self.objects.items():
             seen = (

@@ -8,7 +8,7 @@ from collections.abc import Callable, Mapping
 from typing import Any
 
 from goalscope.envs.house.simulator.acts import ACTS
-from goalscope.envs.house.simulator.geometry import STANDING_CAMERA, Pose, as_dict, box_of, vec
+from goalscope.envs.house.simulator.geometry import STANDING_CAMERA, as_dict, box_of, vec
 from goalscope.envs.house.simulator.motion import MOTIONS, QUERIES
 from goalscope.envs.house.simulator.state import HAND, Failure, Scene, State
 
@@ -115,7 +115,7 @@ class House:
                 "position": {**state.agent["position"]},
                 "rotation": {**state.agent["rotation"]},
             },
-            "heldObjectPose": _hand(pose),
+            "heldObjectPose": _hand(state),
             "inventoryObjects": [{"objectId": held["objectId"], "objectType": held["objectType"]}]
             if held
             else [],
@@ -155,14 +155,12 @@ class House:
         }
 
 
-def _hand(pose: Pose) -> dict[str, Any]:
-    """Where the hand is, and what it holds, in the room and as the camera has it."""
+def _hand(state: State) -> dict[str, Any]:
+    """Where the hand is, in the room and as the camera has it."""
     ahead, up = HAND
-    x, y, z = pose.position
-    yaw = math.radians(pose.yaw)
     return {
-        "position": as_dict((x + ahead * math.sin(yaw), y + up, z + ahead * math.cos(yaw))),
-        "rotation": as_dict((0.0, pose.yaw, 0.0)),
+        "position": as_dict(state.hand),
+        "rotation": as_dict((0.0, state.pose.yaw, 0.0)),
         "localPosition": as_dict((0.0, up - STANDING_CAMERA, ahead)),
         "localRotation": as_dict((0.0, 0.0, 0.0)),
     }
