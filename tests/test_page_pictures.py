@@ -19,7 +19,7 @@ from goalscope.models.opening import open_model
 from goalscope.storage.store import Store
 from goalscope.study.plan import Plan
 from goalscope.study.store import StudyStore
-from sites import site
+from sites import KEY, site
 
 pytestmark = [needs_chromium, pytest.mark.slow]
 
@@ -86,6 +86,7 @@ def tour(browser: Browser, tmp_path_factory: pytest.TempPathFactory) -> Iterator
     ):
         page = context.new_page()
         page.set_default_timeout(SLOW)
+        page.goto(f"{address}/?key={KEY}")
         grocery = talked(page, address, "Grocery shopping", SHOPPING)
         house = talked(page, address, "A robot in a home", TIDYING)
         kept = Path(os.environ.get("GOALSCOPE_PICTURES") or folder)
