@@ -109,13 +109,13 @@ def test_checks_mean_what_the_documentation_says(check: dict[str, Any], *, met: 
         (GOOD.replace(CHECK, "{}"), "exactly one of the keys object, every, no"),
         (GOOD.replace("in =", 'on = "Fridge", in ='), "'in' and 'on' mean the same"),
         (GOOD.replace('"Apple"', '"Appel"'), "'Appel' in 'object' .* did you mean 'Apple'"),
-        (GOOD.replace('"Apple"', "3"), "'object' must be an object type"),
+        (GOOD.replace('"Apple"', "3"), "'object' must be a text"),
         (GOOD.replace('"Fridge"', '"Apple"'), "Apple in 'in' is not a receptacle"),
-        (GOOD.replace("in =", "count = 0, in ="), "'count' must be a whole number"),
-        (GOOD.replace(CHECK, '{no = "Egg", count = 2}'), "'count' is unknown"),
+        (GOOD.replace("in =", "count = 0, in ="), "'count' must be at least 1"),
+        (GOOD.replace(CHECK, '{no = "Egg", count = 2}'), "'count' is for 'object'"),
         (GOOD.replace(CHECK, '{every = "Egg"}'), "'every' needs a condition"),
         (GOOD.replace("in =", "isOpen = true, in ="), "Apple, which is not openable"),
-        (GOOD.replace("in =", "temperature = 'hot', in ="), "one of Cold, RoomTemp, Hot"),
+        (GOOD.replace("in =", "temperature = 'hot', in ="), "did you mean 'Hot'"),
     ],
 )
 def test_a_wrong_file_is_refused_with_place_and_remedy(

@@ -3,17 +3,40 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
 from importlib.resources import files
 from pathlib import Path
-from typing import Any, cast
+from typing import Annotated, Any
 
-from goalscope.base.inputs import is_list, nearest, read_profiles, refuse_unknown, shown
+from pydantic import Field
+
+from goalscope.base.inputs import nearest, read_profiles, shown
 from goalscope.base.types import InvalidInputError, Profile
-from goalscope.envs.house.simulator.object_types import STATES, object_types, unfit_state
+from goalscope.envs.house.simulator.object_types import (
+    STATES,
+    GivenStates,
+    object_types,
+    unfit_state,
+)
 from goalscope.envs.house.simulator.state import by_id, is_whole
 
-_FORMS: Mapping[str, tuple[str, ...]] = {"object": ("count",), "every": (), "no": ()}
-"""The forms of a check by their main key, with the keys that can accompany it."""
+_FORMS = ("object", "every", "no")
+"""The forms of a check, by their main key."""
+
+_Types = str | Annotated[list[str], Field(min_length=1)]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class _Check(GivenStates):
+    object: _Types | None = None
+    every: _Types | None = None
+    no: _Types | None = None
+    in_: Annotated[_Types | None, Field(alias="in")] = None
+    on: _Types | None = None
+    count: Annotated[int, Field(ge=1, le=1000)] | None = None
+    isFilledWithLiquid: bool | None = None
+    isSliced: bool | None = None
+    isPickedUp: bool | None = None
 
 
 def load_profiles(path: Path | str | None = None) -> tuple[Profile, ...]:
@@ -44,7 +67,7 @@ def load_profiles(path: Path | str | None = None) -> tuple[Profile, ...]:
     source = (
         files("goalscope.envs.house") / "data" / "profiles.toml" if path is None else Path(path)
     )
-    profiles = read_profiles(source, scenes=True, examine=_examine)
+    profiles = read_profiles(source, _Check, scenes=True, examine=_examine)
     for profile in profiles:
         if profile.welcome:
             _examine_types("welcome", [*profile.welcome], f"{source.name}, {shown(profile.name)}")
@@ -119,36 +142,27 @@ def _types(value: str | list[str]) -> list[str]:
 def _examine(check: Mapping[str, Any], label: str) -> None:
     """Refuse a check that is of no known form, or that nothing could ever meet."""
     leading = [key for key in _FORMS if key in check]
-    beside = [key for form in leading or _FORMS for key in _FORMS[form]]
-    refuse_unknown(check, (*_FORMS, *beside, "in", "on", *STATES), label)
     if len(leading) != 1:
         raise InvalidInputError(f"{label}: expected exactly one of the keys {', '.join(_FORMS)}.")
     if "in" in check and "on" in check:
         raise InvalidInputError(f"{label}: 'in' and 'on' mean the same. Use only one of them.")
+    if "count" in check and leading != ["object"]:
+        raise InvalidInputError(f"{label}: 'count' is for 'object', not {leading[0]!r}.")
     for key in (*leading, "in", "on"):
         if key in check:
             _examine_types(key, check[key], label)
     for key in STATES:
-        if key in check and (told := unfit_state(key, check[key], _types(check[leading[0]]))):
-            raise InvalidInputError(f"{label}: {told}")
-    count = check.get("count", 1)
-    if type(count) is not int or not 1 <= count <= 1000:
-        raise InvalidInputError(
-            f"{label}: 'count' must be a whole number from 1 to 1000, not {shown(count)}."
-        )
+        if key in check and (problem := unfit_state(key, _types(check[leading[0]]))):
+            raise InvalidInputError(f"{label}: {problem}")
     if leading == ["every"] and len(check) == 1:
         raise InvalidInputError(
             f"{label}: 'every' needs a condition. Add 'in', 'on', or a state such as isOpen."
         )
 
 
-def _examine_types(key: str, value: object, label: str) -> None:
-    if not (isinstance(value, str) or (is_list(value, str) and value)):
-        raise InvalidInputError(
-            f"{label}: {key!r} must be an object type or a list of them, not {shown(value)}."
-        )
+def _examine_types(key: str, value: str | list[str], label: str) -> None:
     known = object_types()
-    for name in _types(cast("str | list[str]", value)):
+    for name in _types(value):
         if name not in known:
             raise InvalidInputError(
                 f"{label}: {shown(name)} in {key!r} is not an object type; {nearest(name, known)}"

@@ -9,9 +9,8 @@ from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from functools import cache
 from importlib.resources import files
-from typing import Any
+from typing import Any, Literal
 
-from goalscope.base.inputs import shown
 from goalscope.envs.house.simulator.geometry import Vec, as_dict, box_metadata, box_of, vec
 
 FLAGS = (
@@ -94,7 +93,25 @@ STATES = {
 LIQUIDS = ("water", "coffee", "wine")
 """What a thing can be filled with."""
 
-_VALUES = {"temperature": ("Cold", "RoomTemp", "Hot"), "fillLiquid": LIQUIDS}
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class GivenStates:
+    """States that a file gives, by AI2-THOR's names; None where one is not given."""
+
+    isOpen: bool | None = None
+    isToggled: bool | None = None
+    isBroken: bool | None = None
+    isDirty: bool | None = None
+    isUsedUp: bool | None = None
+    isCooked: bool | None = None
+    fillLiquid: Literal["water", "coffee", "wine"] | None = None
+    temperature: Literal["Cold", "RoomTemp", "Hot"] | None = None
+
+    @property
+    def states(self) -> dict[str, bool | str]:
+        """The states that are given."""
+        values = {key: getattr(self, key, None) for key in STATES}
+        return {key: value for key, value in values.items() if value is not None}
 
 
 @dataclass(frozen=True, slots=True)
@@ -144,13 +161,8 @@ def object_type(name: str) -> ObjectType:
     return known or ObjectType(name, frozenset(), (), 0.0, (0.3, 0.3, 0.3), frozenset())
 
 
-def unfit_state(name: str, value: object, types: Iterable[str]) -> str:
+def unfit_state(name: str, types: Iterable[str]) -> str:
     """Why none of the object `types` can be in this state of `STATES`; empty where one can."""
-    words = _VALUES.get(name)
-    if words and value not in words:
-        return f"{name!r} must be one of {', '.join(words)}, not {shown(value)}."
-    if not words and type(value) is not bool:
-        return f"{name!r} must be true or false, not {shown(value)}."
     flag = STATES[name]
     types = list(types)
     if flag and not any(flag in object_types()[kind].flags for kind in types):

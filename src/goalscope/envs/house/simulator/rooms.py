@@ -8,7 +8,7 @@ from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from importlib.resources.abc import Traversable
 from pathlib import Path
-from typing import Annotated, Any, Literal
+from typing import Annotated, Any
 
 from pydantic import Field
 
@@ -18,7 +18,7 @@ from goalscope.base.types import InvalidInputError
 from goalscope.envs.house.simulator.geometry import RADIUS, Box, Vec, box_of
 from goalscope.envs.house.simulator.object_types import (
     SINGLE,
-    STATES,
+    GivenStates,
     ObjectType,
     new_floor,
     new_object,
@@ -58,8 +58,8 @@ class _AgentRow:
     rotation: _Degrees = 0.0
 
 
-@dataclass(frozen=True, slots=True)
-class _Row:
+@dataclass(frozen=True, slots=True, kw_only=True)
+class _Row(GivenStates):
     """An [[object]]; None where a key is not given."""
 
     type: _Text
@@ -70,20 +70,6 @@ class _Row:
     size: tuple[_Size, _Size, _Size] | None = None
     rotation: _Degrees = 0.0
     controls: _Text | None = None
-    isOpen: bool | None = None
-    isToggled: bool | None = None
-    isBroken: bool | None = None
-    isDirty: bool | None = None
-    isUsedUp: bool | None = None
-    isCooked: bool | None = None
-    fillLiquid: Literal["water", "coffee", "wine"] | None = None
-    temperature: Literal["Cold", "RoomTemp", "Hot"] | None = None
-
-    @property
-    def states(self) -> dict[str, bool | str]:
-        """The states that are given."""
-        given = {key: getattr(self, key) for key in STATES if hasattr(self, key)}
-        return {key: value for key, value in given.items() if value is not None}
 
 
 @dataclass(frozen=True, slots=True)
@@ -282,7 +268,7 @@ class _Furnishing:
         if host and host["objectType"] == "Fridge" and "Food" in (thing["salientMaterials"] or ()):
             thing["temperature"] = "Cold"
         for key, value in row.states.items():
-            if problem := unfit_state(key, value, [kind]):
+            if problem := unfit_state(key, [kind]):
                 raise InvalidInputError(f"{label}: {problem}")
             thing[key] = value
         thing["openness"] = float(thing["isOpen"])
