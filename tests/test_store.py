@@ -2,12 +2,7 @@
 
 import json
 import os
-import shutil
-import signal
 import sqlite3
-import subprocess
-import sys
-import time
 from contextlib import closing
 from pathlib import Path
 
@@ -298,44 +293,6 @@ def test_the_environment_variable_names_the_file(tmp_path, monkeypatch):
     assert default_place() == str(tmp_path / "mine.db")
     monkeypatch.delenv("GOALSCOPE_STORE")
     assert Path(default_place()).name == "episodes.db"
-
-
-WRITER = """
-import sys
-from test_store import EPISODE, a_round
-from goalscope.storage.store import Store
-store = Store.open(sys.argv[1])
-id = store.begin(**EPISODE)
-print(id, flush=True)
-for number in range(1, 1_000_000):
-    store.append(id, a_round(number))
-    print(number, flush=True)
-"""
-
-
-@pytest.mark.skipif(not hasattr(signal, "SIGKILL"), reason="the system has no SIGKILL")
-def test_a_killed_process_loses_no_stored_round(place, tmp_path):
-    env = os.environ | {"PYTHONPATH": os.pathsep.join([str(Path(__file__).parent), *sys.path])}
-    with subprocess.Popen(
-        [sys.executable, "-c", WRITER, place], stdout=subprocess.PIPE, text=True, env=env
-    ) as process:
-        assert process.stdout is not None
-        id = process.stdout.readline().strip()
-        time.sleep(0.5)
-        process.send_signal(signal.SIGKILL)
-        acknowledged = int(process.stdout.read().split("\n")[:-1][-1])
-    places = [place]
-    if "://" not in place:  # a crash leaves the journal behind, too
-        shutil.copytree(tmp_path, tmp_path / "copy")
-        places.append(str(tmp_path / "copy" / "s.db"))
-    for each in places:
-        with Store.open(each) as store:
-            numbers = [round.number for round in store.rounds(id)]
-            if "://" not in each:
-                with store.reading() as connection:
-                    assert pragma(connection, "integrity_check") == "ok"
-        assert len(numbers) >= acknowledged >= 1
-        assert numbers == list(range(1, len(numbers) + 1))
 
 
 def pragma(connection, name):

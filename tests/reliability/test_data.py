@@ -9,7 +9,6 @@ import resource
 import shutil
 import signal
 import sqlite3
-import subprocess
 import threading
 from collections import Counter
 from collections.abc import Callable, Iterator
@@ -323,47 +322,6 @@ def test_a_full_disk_stops_a_run_and_with_room_it_goes_on(
     assert stopped > 1
     record_property("measured", f"{life.__name__}: full at {stopped} sizes: one line each, "
                     "nothing that was told lost, the same results in the end")  # fmt: skip
-
-
-@pytest.fixture
-def disk(tmp_path: Path) -> Iterator[Path]:
-    """A small disk of its own."""
-    made = ["mount", "-t", "tmpfs", "-o", "size=2m", "tmpfs", tmp_path]
-    if not shutil.which("mount") or subprocess.run(made, capture_output=True).returncode:
-        pytest.skip("no disk can be mounted here")
-    try:
-        yield tmp_path
-    finally:
-        subprocess.run(["umount", "--lazy", tmp_path], check=True)
-
-
-def test_a_disk_that_is_really_full_is_told_of_and_with_room_the_run_goes_on(
-    lives: Lives, whole: Any, disk: Path, record_property: Any
-) -> None:
-    folder, *_, rounds = whole
-    told: list[int] = []
-    for room in range(0, 400, 16):  # kilobytes
-        anew(folder)
-        for file in disk.iterdir():
-            file.unlink()
-        (folder / "s.db").symlink_to(disk / "s.db")
-        Store.open(disk / "s.db").close()
-        left = os.statvfs(disk)
-        (disk / "ballast").write_bytes(bytes(left.f_bavail * left.f_frsize - 1024 * room))
-        first = lives.begin(episode, folder)
-        if first.ends() == 0:
-            break
-        (disk / "ballast").unlink()
-        told.append(len(first.said()))
-        assert "The disk is full" in (folder / "errors").read_text()
-        said_clearly(folder)
-        assert sum(map(len, rounds_of(disk / "s.db"))) >= told[-1]
-        assert lives.live(episode, folder) == 0, (folder / "errors").read_text()
-        assert rounds_of(disk / "s.db") == [rounds]
-    assert len(told) > 2
-    assert max(told) > 0
-    record_property("measured", f"{len(told)} full disks, after up to {max(told)} rounds: told in "
-                    "a line each, no round lost, the same in the end")  # fmt: skip
 
 
 def unprivileged(folder: str, life: str) -> None:

@@ -333,7 +333,7 @@ def test_a_key_and_a_password_are_told_nowhere(tmp_path: Path, record_property: 
             ["run", "grocery", "--profile", "chocolate-cake", *model, *store],
             ["infer", str(tmp_path / "in.jsonl"), "--out", str(tmp_path / "o"), *model],
             ["episodes", "--store", base], ["doctor", *model, "--store", base, "--json"],
-            ["serve", "--port", "0", "--host", "0.0.0.0", "--key", SECRET],
+            ["serve", "--host", "not.here.invalid", "--key", SECRET],
         ]  # fmt: skip
         env = environment(
             GOALSCOPE_API_KEY=SECRET, GOALSCOPE_PATIENCE="2", XDG_DATA_HOME=str(tmp_path)
