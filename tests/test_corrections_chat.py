@@ -76,7 +76,7 @@ from goalscope.storage.store import Store
 from lamps import REPLIES
 
 def read(query):
-    if not session.turns:
+    if not session.agent.turns:
         return "lamp light please"
     for line in ("/veto 1", "/pin drink tea", "/reword 1 a cup of tea"):
         correct(Console(), session, line)
@@ -107,8 +107,8 @@ def test_a_correction_that_was_shown_survives_a_kill(tmp_path) -> None:
             settings = Settings(rounds=info.rounds + 1)
             model = WordModel(REPLIES)
             again = Session(store, settings, LampRoom(), model, read=str, resume=info)
-            assert again.belief.pinned == ((1, cup),)
-            assert LAMP not in again.belief.goals
+            assert again.agent.belief.pinned == ((1, cup),)
+            assert LAMP not in again.agent.belief.goals
             list(again.run())
     with Store.open(path) as store:
         _, second, third = store.rounds(info.id)

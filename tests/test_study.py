@@ -32,7 +32,7 @@ from goalscope.report import read_report
 from goalscope.storage.store import Store
 from goalscope.storage.tables import ANSWERS, CELLS, ITEMS, PARTICIPANTS
 from goalscope.study import plan
-from goalscope.study.items import DID, LEFT, chosen_episodes, item_of
+from goalscope.study.items import DID, LEFT, chosen_episodes
 from goalscope.study.plan import Plan, read_plan
 from goalscope.study.store import StudyStore, assigned
 from goalscope.study.summary import as_csv, krippendorff_alpha, study_tables
@@ -127,12 +127,14 @@ def test_a_robot_is_judged_by_what_it_did(store):
         domain="house", method="good", model="m", task="You help.",
         profile="valuables-in-safe", settings=settings,
     )  # fmt: skip
+    status = "The robot's hand is empty.\nChanged so far:\n- safe: open"
     results = (
         StepResult(Action("open", "safe"), True, "Open."),
         StepResult(Action("slice", "watch"), False, "No."),
     )
     store.append(
-        id, Round(1, Turn("What?", "Hide it."), Belief.uniform(()), (), results, 0, "", (), False)
+        id,
+        Round(1, Turn("What?", "Hide it."), Belief.uniform(()), (), results, 0, status, (), False),
     )
     with pytest.raises(InvalidInputError, match="No person has a finished episode"):
         StudyStore(store).add(PLAN)
@@ -140,11 +142,7 @@ def test_a_robot_is_judged_by_what_it_did(store):
     studies = StudyStore(store)
     person = studies.join(studies.add(replace(PLAN, transcript=True)), "v", "v")
     item, _ = studies.open(person, 1)
-    done, _, left = item.outcome.partition(LEFT)
-    assert done == f"{DID}\n- open: safe\n"
-    assert {"- safe: open", "- watch 2: in drawer 3", "- laptop: closed, off, on the desk"} <= {
-        *left.splitlines()
-    }
+    assert item.outcome == f"{DID}\n- open: safe\n{LEFT}\n{status}"
     assert "slice" not in item.outcome
     assert item.transcript == (Turn("What?", "Hide it."),)
     assert "slice" in " ".join(item.possible).lower()
@@ -173,19 +171,6 @@ def test_only_people_with_whom_each_method_has_an_episode_are_rated(store):
         with pytest.raises(InvalidInputError, match="No person has a finished episode"):
             StudyStore(store).add(replace(PLAN, **more))
     assert StudyStore(store).all() == []
-
-
-@pytest.mark.parametrize("lost", [{"simulator": "thor"}, {"scene": "gone.json"}, {}])
-def test_a_room_that_cannot_be_entered_again_has_its_last_status(store, lost):
-    settings = asdict(Settings(domain="house", human="scripted", **lost))
-    id = store.begin(domain="house", method="good", model="m", task="You help.", settings=settings)
-    opened = StepResult(Action("open", "nothing that is here"), True, "Open.")
-    status = "The robot's hand is empty.\nChanged so far:\n- safe: open"
-    store.append(
-        id, Round(1, Turn("", "Hi."), Belief.uniform(()), (), (opened,), 0, status, (), True)
-    )
-    shown = item_of(store, store.episode(id), replace(PLAN, transcript=True)).outcome
-    assert shown.endswith(f"{LEFT}\n{status}")
 
 
 def test_a_closed_study_takes_nobody_new_and_who_began_may_finish(studies, place):

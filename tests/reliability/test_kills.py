@@ -140,7 +140,7 @@ def conversation(folder: str, world: str, place: str, at: str) -> None:
         infos = store.episodes()
         session = Session(
             store, settings, env, WordModel(REPLIES), resume=infos[0] if infos else None,
-            read=lambda query: SAID[world][len(session.turns)],
+            read=lambda query: SAID[world][len(session.agent.turns)],
         )  # fmt: skip
         list(session.run())
     print(env.state().fingerprint)

@@ -169,8 +169,8 @@ def chat(
             for round in session.earlier:
                 show_round(out, round, before)
                 before = round.belief
-            if session.corrections:
-                show_belief(out, session.belief, before)
+            if session.agent.corrections:
+                show_belief(out, session.agent.belief, before)
             draw = _drawing(env, picture)
             try:
                 with _resumable(session), busy:
@@ -302,7 +302,7 @@ def correct(out: Console, session: Session, line: str) -> None:
 
     command, _, rest = line.strip().partition(" ")
     corrections: dict[str, Correction] = {"/pin": "pin", "/veto": "veto", "/reword": "reword"}
-    belief = session.belief
+    belief = session.agent.belief
     try:
         if command == "/help":
             corrects = HELP if belief.inferred else ORDER_HELP
@@ -320,14 +320,16 @@ def correct(out: Console, session: Session, line: str) -> None:
         number, _, text = rest.strip().partition(" ")
         if command == "/why":
             goal = _numbered(belief, number, command)
-            show_reasons(out, goal, reasons(belief, session.turns, goal), pinned=belief.pinned)
+            show_reasons(
+                out, goal, reasons(belief, session.agent.turns, goal), pinned=belief.pinned
+            )
             return
         if command == "/pin" and rest.strip() and not rest.strip().isdecimal():
             session.correct("pin", Goal(checked_text(rest, "goal")))
         else:
             goal = _numbered(belief, number, command)
             session.correct(corrections[command], goal, text)
-        show_belief(out, session.belief, belief)
+        show_belief(out, session.agent.belief, belief)
     except InvalidInputError as error:
         out.print(terminal_safe(str(error), "dim"))
 

@@ -19,7 +19,7 @@ from goalscope.agent.settings import (
     settings_of,
     toolkit_for,
 )
-from goalscope.base.types import TRACKING, Goal, GoalChange, InvalidInputError, Turn, pluralize
+from goalscope.base.types import TRACKING, Goal, InvalidInputError, pluralize
 from goalscope.belief.belief import Belief
 from goalscope.belief.calibration import calibration_named
 from goalscope.belief.tracker import Correction
@@ -75,6 +75,7 @@ class Session:
 
     Attributes:
         id: The episode's id in the store.
+        agent: Holds the rounds and the belief; `step` and `correct` here store what they change.
         profile: The simulated person; None for a real one.
         earlier: Rounds that a resumed episode had before.
     """
@@ -111,7 +112,7 @@ class Session:
         """
         self.profile = profile_named(settings, profile) if profile else None
         self._store, self._settings, self._env = store, settings, env
-        self._agent = Agent(
+        self.agent = Agent(
             env,
             model,
             method=settings.method,
@@ -125,10 +126,10 @@ class Session:
         )
         self._human = self._make_human(model, read)
         self.earlier = store.rounds(resume.id) if resume else []
-        self._agent.resume(self.earlier)
+        self.agent.resume(self.earlier)
         corrections = store.corrections(resume.id, len(self.earlier)) if resume else []
         for correction, goal, text in corrections:
-            self._agent.correct(correction, Goal(goal), text)
+            self.agent.correct(correction, Goal(goal), text)
         self._new: dict[str, Any] | None = None
         if resume:
             self.id = resume.id
@@ -166,17 +167,13 @@ class Session:
         """Yield each new round as soon as it is on disk."""
         if self._human is None:
             raise ValueError("a person at the terminal needs a `read` function")
-        for round in run_episode(self._agent, self._human, max_rounds=self._settings.rounds):
+        for round in run_episode(self.agent, self._human, max_rounds=self._settings.rounds):
             self._keep(round)
             yield round
 
-    def ask(self) -> str:
-        """See `Agent.ask`."""
-        return self._agent.ask()
-
     def step(self, query: str, utterance: str, *, confirmed: str = "") -> Round:
         """See `Agent.step`; the round is on disk when it returns."""
-        return self._agent.step(query, utterance, confirmed=confirmed, keep=self._keep)
+        return self.agent.step(query, utterance, confirmed=confirmed, keep=self._keep)
 
     def _keep(self, round: Round) -> None:
         end = None
@@ -189,45 +186,20 @@ class Session:
 
     def correct(self, correction: Correction, goal: Goal, text: str = "") -> Belief:
         """See `Agent.correct`; it is on disk before it is shown."""
-        belief = self._agent.correct(correction, goal, text)
+        belief = self.agent.correct(correction, goal, text)
         try:
             self.begin()
-            self._store.correct(self.id, len(self._agent.rounds), (correction, goal.text, text))
+            self._store.correct(self.id, len(self.agent.rounds), (correction, goal.text, text))
         except BaseException:
-            self._agent.undo_correction()
+            self.agent.undo_correction()
             raise
         return belief
 
     def undo_correction(self) -> Belief:
         """See `Agent.undo_correction`; it is on disk before it is shown."""
-        if self.can_undo_correction:
-            self._store.undo_correction(self.id, len(self._agent.rounds))
-        return self._agent.undo_correction()
-
-    @property
-    def corrections(self) -> list[GoalChange]:
-        """The corrections of the goals since the last round."""
-        return self._agent.corrections
-
-    @property
-    def can_undo_correction(self) -> bool:
-        """Whether there is a correction to undo."""
-        return self._agent.can_undo_correction
-
-    @property
-    def belief(self) -> Belief:
-        """See `Agent.belief`."""
-        return self._agent.belief
-
-    @property
-    def rounds(self) -> list[Round]:
-        """The rounds so far."""
-        return self._agent.rounds
-
-    @property
-    def turns(self) -> list[Turn]:
-        """The transcript so far."""
-        return self._agent.turns
+        if self.agent.can_undo_correction:
+            self._store.undo_correction(self.id, len(self.agent.rounds))
+        return self.agent.undo_correction()
 
     def checks_met(self) -> list[bool]:
         """Which of the profile's checks the present state meets; none without a profile."""

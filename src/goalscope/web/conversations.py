@@ -107,7 +107,7 @@ class Conversation:
         """The belief with the corrections since the last round; None while it changes."""
         with self._lock:
             at_rest = self._state.phase == "idle"
-            return self._opened.belief if self._opened and at_rest else None
+            return self._opened.agent.belief if self._opened and at_rest else None
 
     @property
     def is_idle(self) -> bool:
@@ -121,14 +121,14 @@ class Conversation:
             state, session = self._state, self._opened
             if session is None:
                 return state
-            last = session.rounds[-1] if session.rounds else None
+            last = session.agent.rounds[-1] if session.agent.rounds else None
             asked = bool(last and last.question and (state.query or "").endswith(last.question))
             waits = asked and state.utterance is None
             return self._changed(
-                round=len(session.rounds) + 1,
-                belief=self._view(session.belief),
-                changes=[ChangeView.of(change) for change in session.corrections],
-                can_undo=session.can_undo_correction,
+                round=len(session.agent.rounds) + 1,
+                belief=self._view(session.agent.belief),
+                changes=[ChangeView.of(change) for change in session.agent.corrections],
+                can_undo=session.agent.can_undo_correction,
                 confirm=Confirm.of(last) if last and waits else None,
             )
 
@@ -149,7 +149,7 @@ class Conversation:
             again: Also reopen it if it could not be opened before.
         """
         with self._lock:
-            behind = len(self._opened.rounds) < info.rounds if self._opened else again
+            behind = len(self._opened.agent.rounds) < info.rounds if self._opened else again
             if self._state.phase != "idle" or not behind:
                 return
             self._claim("opening")
@@ -172,7 +172,7 @@ class Conversation:
         text = checked_text(text, "message", MAX_LENGTH)
         with self._lock:
             query = self._state.query
-            if round != len(self._session.rounds) + 1 or query is None:
+            if round != len(self._session.agent.rounds) + 1 or query is None:
                 raise ConflictError(
                     "This round has already been answered, perhaps in another window."
                 )
@@ -206,7 +206,7 @@ class Conversation:
             ConflictError: The agent is at work.
             InvalidInputError: There is no such goal or turn.
         """
-        turns, belief = self._session.turns[:turn], self._session.belief
+        turns, belief = self._session.agent.turns[:turn], self._session.agent.belief
         if not belief.inferred:
             raise InvalidInputError("This method computes no evidence.")
         if Goal(goal) not in belief.goals or not 1 <= turn <= len(turns):
@@ -301,7 +301,7 @@ class Conversation:
 
     def _ask(self) -> None:
         try:
-            query = self._session.ask()
+            query = self._session.agent.ask()
         except Exception:
             log.exception("a question failed")
             query = FALLBACK
