@@ -6,7 +6,15 @@ import shutil
 from collections.abc import Callable, Iterator
 
 import pytest
-from playwright.sync_api import Browser, ConsoleMessage, Dialog, Page, expect, sync_playwright
+from playwright.sync_api import (
+    Browser,
+    BrowserContext,
+    ConsoleMessage,
+    Dialog,
+    Page,
+    expect,
+    sync_playwright,
+)
 
 from sites import ENTERED
 
@@ -34,6 +42,13 @@ def is_fault(message: ConsoleMessage) -> bool:
     return message.type == "error" and not any(each in message.text for each in expected)
 
 
+def let_in(context: BrowserContext, address: str) -> None:
+    """Give a browser the cookie of who has opened the address with the key."""
+    context.add_cookies(
+        [{"name": name, "value": value, "url": address} for name, value in ENTERED.items()]
+    )
+
+
 @pytest.fixture
 def enter(browser: Browser) -> Iterator[Callable[..., Page]]:
     """Opens pages, each for a person of their own; none may say anything in its console."""
@@ -49,9 +64,7 @@ def enter(browser: Browser) -> Iterator[Callable[..., Page]]:
 
     def opened(address: str, **options) -> Page:
         contexts.append(browser.new_context(**options))
-        contexts[-1].add_cookies(
-            [{"name": name, "value": value, "url": address} for name, value in ENTERED.items()]
-        )
+        let_in(contexts[-1], address)
         contexts[-1].on("console", lambda each: said.append(each.text) if is_fault(each) else None)
         contexts[-1].on("weberror", lambda each: said.append(str(each.error)))
         contexts[-1].on("dialog", told)

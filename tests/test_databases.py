@@ -2,11 +2,8 @@
 
 from __future__ import annotations
 
-import os
 import re
 import sqlite3
-import subprocess
-import sys
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import closing
 from threading import Barrier, Event
@@ -133,40 +130,9 @@ def test_a_study_is_deleted_while_somebody_joins(place, monkeypatch):
         assert studies.all() == []
 
 
-OPENER = """
-import sys
-from goalscope.storage.store import Store
-print("ready", flush=True)
-sys.stdin.readline()
-with Store.open(sys.argv[1]) as store:
-    store.begin(domain="d", method="m", model="m", task="t")
-"""
-
-
-def test_of_processes_that_open_a_new_store_one_makes_it(place):
-    env = os.environ | {"PYTHONPATH": os.pathsep.join(sys.path)}
-    pipe = subprocess.PIPE
-    processes = [
-        subprocess.Popen([sys.executable, "-c", OPENER, place], stdin=pipe, stdout=pipe, env=env)
-        for _ in range(3)
-    ]
-    for each in processes:
-        assert each.stdout is not None
-        assert each.stdout.readline() == b"ready\n"
-    for each in processes:
-        assert each.stdin is not None
-        each.stdin.write(b"\n")
-        each.stdin.flush()
-    for each in processes:
-        each.communicate(timeout=60)
-        assert each.returncode == 0
-    with Store.open(place) as store:
-        assert len(store.episodes()) == 3
-
-
 @pytest.mark.parametrize("database", ["sqlite", "postgresql"])
 def test_of_threads_that_open_a_new_store_at_once_none_fails(database, request, tmp_path):
-    for n in range(20):
+    for n in range(8):
         if database == "sqlite":
             place, start = str(tmp_path / f"{n}.db"), Barrier(6)
         else:

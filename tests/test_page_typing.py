@@ -34,8 +34,9 @@ def press(field: Locator, key: dict[str, object]) -> bool:
     )
 
 
-@pytest.mark.parametrize("key", [SAFARI, OTHERS, FIREFOX], ids=["safari", "chrome", "firefox"])
-@pytest.mark.parametrize("words", ["こんにち", "안녕하세", "你hao", "milk"])
+@pytest.mark.parametrize(
+    ("key", "words"), [(SAFARI, "こんにち"), (OTHERS, "你hao"), (FIREFOX, "안녕하세")]
+)
 def test_an_enter_that_ends_a_composition_sends_nothing(
     address: str, enter, key: dict[str, object], words: str
 ) -> None:
@@ -74,19 +75,15 @@ def test_words_that_are_composed_in_the_browser_itself_are_sent_by_the_next_ente
     expect(page.get_by_role("log").get_by_text("日本")).to_be_visible()
 
 
-@pytest.mark.parametrize("key", [SAFARI, OTHERS], ids=["safari", "others"])
-def test_a_composed_goal_is_not_added_half_typed(
-    address: str, enter, key: dict[str, object]
-) -> None:
+def test_a_composed_goal_is_not_added_half_typed(address: str, enter) -> None:
     page = enter(address)
     begin(page)
     goals = page.get_by_role("region", name="Goals")
     goals.get_by_text("Add a goal").click()
     field = goals.get_by_role("textbox").last
     field.fill("ケーキを焼")
-    assert not press(field, key)  # else the browser would submit the form
-    escape = {**key, "key": "Escape"}
-    press(field, escape)
+    assert not press(field, SAFARI)  # else the browser would submit the form
+    press(field, {**SAFARI, "key": "Escape"})
     expect(field).to_have_value("ケーキを焼")
     field.fill("ケーキを焼く")
     field.press("Enter")
@@ -109,10 +106,7 @@ def test_an_escape_that_ends_a_composition_closes_no_panel(address: str, enter) 
     expect(field).to_be_hidden()
 
 
-@pytest.mark.parametrize("key", [SAFARI, OTHERS], ids=["safari", "others"])
-def test_a_composed_reason_in_a_study_stays_in_its_field(
-    tmp_path: Path, enter, key: dict[str, object]
-) -> None:
+def test_a_composed_reason_in_a_study_stays_in_its_field(tmp_path: Path, enter) -> None:
     file = tmp_path / "episodes.db"
     with Store.open(file) as store:
         fill(store, methods=("good",), people=WEB.items_per_participant)
@@ -120,7 +114,7 @@ def test_a_composed_reason_in_a_study_stays_in_its_field(
     with site(file) as address:
         page = enter(f"{address}/study/shop?id=ann")
         page.get_by_role("checkbox").check()
-        assert not press(page.get_by_role("checkbox"), key)
+        assert not press(page.get_by_role("checkbox"), SAFARI)
         page.get_by_role("button", name="Take part").click()
         page.get_by_role("link", name="Go to the questions").click()
         heading = page.get_by_role("heading", level=1)
@@ -128,7 +122,7 @@ def test_a_composed_reason_in_a_study_stays_in_its_field(
         why = page.get_by_label("Why?")
         why.fill("買い物かごは頼まれたとおりでした")
         for field in (why, page.get_by_role("radio", name="2")):
-            assert not press(field, key)
+            assert not press(field, SAFARI)
         expect(heading).to_contain_text("Question 1 of")
         expect(why).to_have_value("買い物かごは頼まれたとおりでした")
 
@@ -158,7 +152,7 @@ def busy(tmp_path: Path, enter):
         model.may.set()
 
 
-@pytest.mark.parametrize("how", ["Enter", "twice", "lines", "Send"])
+@pytest.mark.parametrize("how", ["lines", "Send"])
 def test_words_for_a_busy_agent_are_kept_and_it_is_said_when_they_can_be_sent(
     busy: tuple[Page, Held], how: str
 ) -> None:
@@ -171,8 +165,6 @@ def test_words_for_a_busy_agent_are_kept_and_it_is_said_when_they_can_be_sent(
     if how == "Send":
         page.get_by_role("button", name="Send").click(force=True)
     else:
-        words.press("Enter")
-    if how == "twice":
         words.press("Enter")
     expect(note).to_contain_text("busy")
     expect(words).to_have_value(typed)
@@ -207,7 +199,7 @@ def test_what_was_typed_meanwhile_outlives_a_failure_and_the_end(busy, tmp_path:
     expect(page.get_by_role("region", name="The end")).to_contain_text("and some tea")
 
 
-@pytest.mark.parametrize("leaves", ["reload", "other page", "back"])
+@pytest.mark.parametrize("leaves", ["reload", "other page"])
 def test_what_was_typed_meanwhile_outlives_another_page(busy, leaves: str) -> None:
     page, model = busy
     words = page.get_by_label("Your words", exact=True)
@@ -219,7 +211,7 @@ def test_what_was_typed_meanwhile_outlives_another_page(busy, leaves: str) -> No
     else:
         page.get_by_role("link", name="Episodes").click()
         expect(page.get_by_role("heading", name="Episodes")).to_be_visible()
-        page.goto(mine) if leaves == "other page" else page.go_back()
+        page.goto(mine)
     expect(words).to_have_value("add milk, and\ntwo eggs")
     model.may.set()
     rounds(page, 1)

@@ -1,9 +1,6 @@
 """Studies over HTTP: nothing is lost or doubled, and nobody sees what is not theirs."""
 
-import random
 import re
-import threading
-import time
 from collections import Counter
 from collections.abc import Iterator
 from concurrent.futures import ThreadPoolExecutor
@@ -14,10 +11,8 @@ from uuid import uuid4
 
 import httpx
 import pytest
-from sqlalchemy import func, select
 
 from goalscope.storage.store import Store
-from goalscope.storage.tables import ANSWERS
 from goalscope.study.store import StudyStore
 from sites import KEY, site
 from test_study import PLAN, fill
@@ -196,99 +191,3 @@ def test_who_comes_too_late_is_told_before_they_agree(tmp_path: Path, visit) -> 
             studies.delete(study)
             assert ann.http.get(HOME).status_code == 404
             assert put(ann, 1, 3, 2).status_code == 404
-
-
-class Lossy(httpx.BaseTransport):
-    """A network that loses requests and answers, and delivers others twice, the second one late."""
-
-    def __init__(self, inner: httpx.HTTPTransport, seed: int, late: list[threading.Thread]) -> None:
-        self._inner = inner
-        self._rng = random.Random(seed)
-        self._late = late
-
-    def handle_request(self, request: httpx.Request) -> httpx.Response:
-        fate = self._rng.random()
-        if fate < 0.15:
-            raise httpx.ConnectError("lost on the way")
-        content = request.read()
-        if 0.3 < fate < 0.45:
-            again = httpx.Request(
-                request.method, request.url, headers=request.headers, content=content
-            )
-            timer = threading.Timer(self._rng.random() * 0.2, self._deliver, [again])
-            timer.start()
-            self._late.append(timer)
-        answer = self._inner.handle_request(request)
-        answer.read()
-        if fate < 0.3:
-            raise httpx.ReadError("the answer was lost")
-        return answer
-
-    def _deliver(self, request: httpx.Request) -> None:
-        self._inner.handle_request(request).read()
-
-
-@pytest.mark.slow
-def test_a_thousand_answers_over_a_bad_network_are_a_thousand_rows(tmp_path: Path) -> None:
-    with Store.open(tmp_path / "episodes.db") as store:
-        fill(store, methods=("good", "no-goals"), people=5)
-        StudyStore(store).add(replace(WEB, items_per_participant=10))
-    late: list[threading.Thread] = []
-    sent = Counter[str]()
-    statuses = Counter[int]()
-
-    def take_part(number: int) -> list[tuple[int, int, str]]:
-        """What a participant knows to be saved: revision, rating and explanation of each item."""
-        rng = random.Random(number)
-        with httpx.Client(
-            base_url=address, headers={"origin": address}, timeout=60,
-            transport=Lossy(wire, number, late), params={"id": f"person-{number}"},
-        ) as http:  # fmt: skip
-
-            def ask(method: str, path: str, body: Any = None) -> httpx.Response:
-                for _ in range(99):
-                    try:
-                        sent[method] += 1
-                        answer = http.request(method, path, json=body)
-                    except httpx.TransportError:
-                        continue
-                    statuses[answer.status_code] += 1
-                    if answer.status_code not in (429, 503):
-                        return answer
-                    time.sleep(float(answer.headers.get("retry-after", 0)))
-                raise AssertionError(f"{method} {path} never came through")
-
-            ask("GET", HOME)
-            count = len(ask("POST", f"{HOME}/consent", {"agreed": True}).json()["answered"])
-            saved: list[tuple[int, int, str]] = []
-            for place in rng.sample(range(1, count + 1), count):
-                for revision in range(1, rng.choice([2, 2, 3])):
-                    body = {
-                        "rating": rng.randrange(4), "revision": revision,
-                        "explanation": f"person {number}, item {place}, time {revision}",
-                    }  # fmt: skip
-                    assert ask("PUT", f"{HOME}/items/{place}", body).status_code == 200
-                saved.append((place, revision, body["explanation"]))
-            return saved
-
-    with site(tmp_path / "episodes.db") as address, httpx.HTTPTransport() as wire:
-        with ThreadPoolExecutor(8) as pool:
-            known = list(pool.map(take_part, range(100)))
-        for thread in late:
-            thread.join()
-    with Store.open(tmp_path / "episodes.db") as store:
-        studies = StudyStore(store)
-        people = studies.participants(studies.named("shop"))
-        with store.reading() as connection:
-            rows = connection.scalar(select(func.count()).select_from(ANSWERS))
-    assert rows == 1000
-    assert len(people) == 100
-    by_id = {each.external: each for each in people}
-    for number, saved in enumerate(known):
-        kept = {(a.place, a.revision, a.explanation) for a in by_id[f"person-{number}"].answers}
-        assert kept == set(saved)
-    assert len(late) > 100
-    assert sent["PUT"] > 1200
-    each = Counter(answer.item for person in people for answer in person.answers)
-    assert set(each.values()) == {100}
-    print(f"{sent} sent, {statuses}, {len(late)} delivered twice, {rows} rows")

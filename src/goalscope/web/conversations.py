@@ -83,7 +83,6 @@ class Conversation:
         )
         self._listeners: dict[asyncio.Queue[Event], asyncio.AbstractEventLoop] = {}
         self._opened: Session | None = None
-        self._viewed: tuple[Belief | None, BeliefView | None] = None, None
         try:
             if resumed:
                 self.id = resumed.id
@@ -121,25 +120,20 @@ class Conversation:
             state, session = self._state, self._opened
             if session is None:
                 return state
-            last = session.agent.rounds[-1] if session.agent.rounds else None
+            agent = session.agent
+            last = agent.rounds[-1] if agent.rounds else None
             asked = bool(last and last.question and (state.query or "").endswith(last.question))
             waits = asked and state.utterance is None
             return self._changed(
-                round=len(session.agent.rounds) + 1,
-                belief=self._view(session.agent.belief),
-                changes=[ChangeView.of(change) for change in session.agent.corrections],
-                can_undo=session.agent.can_undo_correction,
+                round=len(agent.rounds) + 1,
+                belief=BeliefView.of(agent.belief) if agent.belief.inferred else None,
+                changes=[ChangeView.of(change) for change in agent.corrections],
+                can_undo=agent.can_undo_correction,
                 confirm=Confirm.of(last) if last and waits else None,
             )
 
     def _changed(self, **changes: Any) -> Live:
         return self._state.model_copy(update=changes)
-
-    def _view(self, belief: Belief) -> BeliefView | None:
-        """Cached, because it is sent repeatedly while people wait."""
-        if belief is not self._viewed[0]:
-            self._viewed = belief, BeliefView.of(belief) if belief.inferred else None
-        return self._viewed[1]
 
     def catch_up(self, info: EpisodeInfo, *, again: bool = False) -> None:
         """Reopen the episode if it was continued elsewhere, such as on another server.
