@@ -11,7 +11,6 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from fakes import WordModel
-from goalscope.base.stats import bootstrap_mean
 from goalscope.base.types import Goal, InvalidInputError, Turn
 from goalscope.belief.calibration import Calibration
 from goalscope.datasets import Case, data_folder, load
@@ -19,7 +18,7 @@ from goalscope.datasets.goal_sets import AFTER, changes_of
 from goalscope.experiment.changes import change_table, read_changes
 from goalscope.experiment.dialogues import read_dialogues
 from goalscope.experiment.plan import specs_of
-from goalscope.experiment.summary import Estimate, Table
+from goalscope.experiment.summary import Table
 from goalscope.experiment.work import KINDS
 from test_datasets import game, packed, real
 from test_plan import read, refused
@@ -214,16 +213,6 @@ def test_who_expects_a_change_follows_sooner() -> None:
         math.log1p(2 * math.exp(-12)), rel=1e-6
     )
     assert lost == pytest.approx(kept, rel=1e-9)  # the words between them speak for no change
-
-
-def test_intervals_resample_first_goals() -> None:
-    followed = [1.0, 0.0, 0.0, 1.0, 1.0, 0.0]
-    groups = ["x", "x", "x", "y", "y", "z"]
-    table = changes_table(
-        *(cell(str(n), groups[n], "bbccc" if each else "bbaaa") for n, each in enumerate(followed))
-    )
-    made = row(table, "goalscope, Eq. 1")["followed within 3"]
-    assert made == Estimate(0.5, bootstrap_mean(followed, groups), "percent")
 
 
 def test_scripts_are_no_real_dialogues() -> None:

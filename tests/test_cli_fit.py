@@ -14,19 +14,18 @@ import numpy as np
 import pytest
 
 import fits
-from fits import GOALS, OLD_NAME, SETTINGS, TASK, Finished, case, fit, last_error
-from goalscope.base.types import Goal, Turn
+from fits import GOALS, OLD_NAME, SETTINGS, TASK, Finished, fit, last_error
+from goalscope.base.types import Turn
 from goalscope.belief.likelihood import RolePlay
 from goalscope.datasets import said_key
 from goalscope.datasets.goal_sets import chance, goal_key
 from goalscope.fitting import plan
-from goalscope.fitting.data import Source, parted
+from goalscope.fitting.data import parted
 from goalscope.fitting.plan import Plan
 from goalscope.fitting.train import _by_truth
 from goalscope.models.adapters import (
     FITTED_DIALOGUES,
     FITTED_GOALS,
-    FITTED_SOURCES,
     read_adapter,
     write_adapter,
 )
@@ -99,8 +98,7 @@ def test_the_file_says_what_it_was_fitted_on(finished: Finished) -> None:
 def test_the_card_and_its_figures_tell_how_it_was_made(finished: Finished) -> None:
     card = (finished.folder / "README.md").read_text()
     facts = json.loads((finished.folder / "fit.json").read_text())
-    assert card.startswith("---\nbase_model: tiny\nlibrary_name: peft\n")
-    own, public = finished.sources
+    own, _ = finished.sources
     read = [each["learned"] for each in facts["sources"]]
     for line in (
         f"| {own.name} | 6 | {read[0]} | 2 | your own | `{own.sha256[:16]}` |",
@@ -108,27 +106,11 @@ def test_the_card_and_its_figures_tell_how_it_was_made(finished: Finished) -> No
         *(f"| {key} | {value} |" for key, value in asdict(SETTINGS).items()),
     ):
         assert line in map(str.strip, card.splitlines())
-    assert "(goal-first)" in card
     assert "`goalscope fit X`" in card
-    assert "It started from no adapter." in card
     assert "None" not in card
-    blocks = re.split(r"\n\s*\n", card)  # by which Markdown tells tables apart
-    tables = [block.strip().splitlines() for block in blocks if block.strip().startswith("|")]
-    assert [len(table) for table in tables] == [4, 2 + len(asdict(SETTINGS)), 5]
-    assert all(len({line.strip().count("|") for line in table}) == 1 for table in tables)
     assert facts["settings"] == asdict(SETTINGS)
     assert [each["step"] for each in facts["history"]] == [0, 3, 6]
     assert facts["best"] == min(facts["history"], key=lambda each: each["loss"])
-    weights = f"The weights are those of step {facts['best']['step']}, selected on these dialogues"
-    assert weights in " ".join(card.split())
-    for each in facts["history"]:
-        figures = (each["loss"], each["log_loss"], each["auroc"])
-        (line,) = [line for line in card.splitlines() if line.startswith(f"| {each['step']} | ")]
-        assert all(f" {figure:.3f} " in line for figure in figures)
-        assert f" {100 * each['top1']:.1f} % " in line
-    kept = [facts[key] for key in ("base", "layout", "start", "step", "validated", "device")]
-    assert kept == ["tiny", "goal-first", "no adapter", 6, 3, "cpu"]
-    assert [each["sha256"] for each in facts["sources"]] == [own.sha256, public.sha256]
 
 
 def test_a_fit_may_begin_with_another(finished: Finished, path: Path, tmp_path: Path) -> None:
@@ -150,31 +132,6 @@ def test_a_fit_may_begin_with_another(finished: Finished, path: Path, tmp_path: 
     )
     model.clear_cache()
     np.testing.assert_allclose(likelihood(model), likelihood(finished.model), atol=0.05)
-
-
-def test_what_the_adapter_it_began_with_learned_stays_in_the_file(
-    finished: Finished, path: Path, tmp_path: Path
-) -> None:
-    model = Transformers(path, device="cpu", dtype="float32")
-    goals = (*GOALS[:2], Goal("buy bread"), Goal("buy salt"))
-    cases = [
-        replace(case(n), turns=(Turn("What?", f"soap {n}"),), goals=goals, truth=2 + n // 3)
-        for n in range(6)
-    ]
-    settings = replace(SETTINGS, steps=1, validate_every=1)
-    start = finished.folder / "adapter.gguf"
-    way: Any = {"start": start, "layout": "goal-first", "base": "tiny"}
-    sources = [Source("own.jsonl", cases, "1"), Source("more", cases[:4], "2")]
-    list(Plan(sources, tmp_path, settings, **way).run(model, command=""))
-    said = [
-        read_adapter(file, model.network.model.config).metadata
-        for file in (start, tmp_path / "adapter.gguf")
-    ]
-    assert said[0][FITTED_SOURCES] == "own.jsonl (own), multiwoz:val[:5] (MIT)"
-    assert said[1][FITTED_SOURCES] == f"{said[0][FITTED_SOURCES]}, more (own)"
-    before, after = (set(each[FITTED_GOALS].split()) for each in said)
-    assert after == before | {goal_key("buy bread"), goal_key("buy salt")}
-    assert len(after) == len(before) + 2
 
 
 def test_the_command_fits_and_finished_folders_are_kept(

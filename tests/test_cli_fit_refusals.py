@@ -19,7 +19,6 @@ from goalscope.fitting.plan import Plan
 from goalscope.models.adapters import FITTED_DIALOGUES, read_adapter
 from goalscope.models.torch.model import Transformers
 from test_cli import fails, invoke
-from test_transformers import tiny
 
 torch = pytest.importorskip("torch")
 transformers = pytest.importorskip("transformers")
@@ -85,16 +84,6 @@ def test_what_cannot_be_fitted_is_refused_in_a_line(
     monkeypatch.chdir(tmp_path)
     assert said in fails(code, *fit(rows, tmp_path / "out", path, *more))
     assert not (tmp_path / "out").exists()
-
-
-def test_a_model_that_cannot_be_adapted_is_refused_before_anything_is_fitted(
-    rows: Path, tmp_path: Path
-) -> None:
-    out = tmp_path / "out"
-    result = invoke(*fit(rows, out, tiny(tmp_path / "odd", "gpt2", n_positions=1024)))
-    assert result.exit_code == 1
-    assert "odd is a gpt2 model. Adapters are supported for" in last_error(result)
-    assert list(out.iterdir()) == []
 
 
 def test_folders_that_cannot_be_taken_are_left_as_they_are(

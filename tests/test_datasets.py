@@ -278,14 +278,6 @@ def test_no_wrong_goal_of_alfred_means_the_true_one(goal_set: str, tmp_path: Pat
     assert left_out("alfred", file) == {"fewer than two different sentences": 1}
 
 
-def test_hard_alfred_changes_one_thing_first(tmp_path: Path) -> None:
-    packed(tmp_path, "alfred", trajectories())
-    for case in made(tmp_path, "alfred", "hard", goals=5):
-        if case.id in ("t0", "t1", "t2"):
-            wrong = [text for text in texts(case) if text != true(case)]
-            assert all("cup" in text.lower() for text in wrong)
-
-
 def test_orders_are_told_in_the_usual_spelling(tmp_path: Path) -> None:
     file = packed(tmp_path, "taskmaster4", orders())
     told = {case.id: true(case) for case in load("taskmaster4", tmp_path, goals=3)}

@@ -2,7 +2,6 @@
 
 import json
 from dataclasses import replace
-from itertools import islice
 
 import numpy as np
 import pytest
@@ -14,7 +13,7 @@ from goalscope.base.types import InvalidInputError, Turn
 from goalscope.envs.scenarios import Scenario
 from goalscope.experiment.reading_scores import Language, Line
 from goalscope.language.orders import Order, Verb
-from goalscope.models.adapters import FITTED_TASK, adapter_metadata, read_adapter
+from goalscope.models.adapters import FITTED_TASK, adapter_metadata
 from goalscope.models.torch.model import Transformers
 from lessons import lessons_of
 from writing import WritingSettings, fit_writing
@@ -59,35 +58,6 @@ def test_a_fit_learns_and_says_what_it_is_for(tiny, tmp_path):
     assert adapter_metadata(tmp_path / "out" / "adapter.gguf")[FITTED_TASK] == "writing"
     with pytest.raises(InvalidInputError, match="finished adapter"):
         next(fit(tiny(), tmp_path / "out"))
-
-
-def test_a_stopped_fit_ends_as_one_that_was_not(tiny, tmp_path, monkeypatch):
-    monkeypatch.setattr("writing.KEPT", 1)
-    whole = tiny()
-    list(fit(whole, tmp_path / "whole"))
-    list(islice(fit(tiny(), tmp_path / "parts"), 2))
-    steps = [step for step, _, _ in fit(tiny(), tmp_path / "parts")]
-    assert steps[0] <= 3
-    config = whole.network.model.config
-    one, two = (
-        read_adapter(tmp_path / name / "adapter.gguf", config) for name in ("whole", "parts")
-    )
-    for place, pair in one.layers.items():
-        for a, b in zip(pair, two.layers[place], strict=True):
-            np.testing.assert_allclose(a, b, atol=1e-3)
-
-
-def test_in_the_end_it_tells_how_well_each_kind_is_known(tiny, tmp_path):
-    model = tiny()
-    validation = lessons_of(LINES, model, LANGUAGES, known=LINES)
-    list(fit(model, tmp_path / "out", replace(QUICK, epochs=40), validation=validation))
-    facts = json.loads((tmp_path / "out" / "fit.json").read_text())
-    known = facts["validation"]
-    assert {*known} == {"goals", "judging", "needs", "question", "reading"}
-    assert (known["goals"]["answers"], known["reading"]["answers"]) == (1, 4)
-    assert all(0 <= each["right"] <= 1 and each["nats"] >= 0 for each in known.values())
-    assert facts["losses"][-1] < 0.8 * facts["losses"][0]
-    assert facts["corpus"]["files"] == ["ann"]
 
 
 def test_a_script_fits_and_measures(tiny, tmp_path, monkeypatch):

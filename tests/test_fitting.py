@@ -25,7 +25,7 @@ from fits import (
 from goalscope.base.types import UNSPECIFIED, GoalscopeError
 from goalscope.datasets import Case
 from goalscope.fitting.learner import Example, Learner
-from goalscope.fitting.train import Fit, Settings, Validation, _by_truth, _scores
+from goalscope.fitting.train import Fit, Settings, Validation, _scores
 from test_datasets import refused
 
 torch = pytest.importorskip("torch")
@@ -118,17 +118,6 @@ def test_steps_and_validations_draw_their_goals(tmp_path: Path) -> None:
     first, second, third = [of for of in learner.examples if of.group == "g3"]
     assert first == second == third
     assert (len(first.turns), first.goals[0]) == (2, GOALS[3])
-
-
-def test_seldom_and_often_goals_and_sources_are_drawn_alike(tmp_path: Path) -> None:
-    often, seldom, other = [replace(case(0), id=f"o{n}") for n in range(19)], case(1), case(2)
-    assert _by_truth([*often, seldom]) == [often, [seldom]]
-    settings = replace(QUICK, steps=50, validate_every=50, batch_size=8)
-    fit, learner = scripted(tmp_path, settings=settings, train=[[seldom, *often], [other]])
-    list(fit.run())
-    truths = [of.goals[0] for of in learner.examples if of.group != "g3"]
-    shares = [truths.count(goal) / 400 for goal in GOALS[:3]]
-    assert shares == pytest.approx([0.25, 0.25, 0.5], abs=0.08)
 
 
 def test_it_knows_what_the_best_weights_have_learned_from(tmp_path: Path) -> None:
@@ -272,14 +261,3 @@ def test_a_loss_that_is_not_finite_is_an_error_and_keeps_what_was(tmp_path: Path
     again, learner = scripted(tmp_path)
     assert (again.step, len(again.history)) == (3, 2)
     assert math.isfinite(float(learner.weight.detach()))
-
-
-def test_a_gradient_that_is_not_finite_changes_nothing(tmp_path: Path) -> None:
-    def table(weight: Any) -> Any:
-        root = (weight - weight.detach()).sqrt()  # 0, and infinitely steep
-        return torch.tensor(TABLE) + root * torch.tensor(TABLE)
-
-    fit, learner = scripted(tmp_path, table)
-    with pytest.raises(GoalscopeError, match=r"not finite at step 1\. Try a smaller --learning"):
-        list(fit.run())
-    assert float(learner.weight.detach()) == 1.0

@@ -7,11 +7,11 @@ from pathlib import Path
 import pytest
 
 import lessons
-from corpus import Entry, Talk, corpus_facts, read_entries
+from corpus import Entry, Talk, read_entries
 from fakes import WordModel
 from goalscope.agent.writer import JUDGEMENTS, Writer
 from goalscope.base.nouns import singulars
-from goalscope.base.types import InvalidInputError, Turn
+from goalscope.base.types import Turn
 from goalscope.envs.scenarios import Scenario, shipped_scenarios
 from goalscope.experiment.reading_scores import Language, Line
 from goalscope.language.orders import Order, Verb
@@ -83,33 +83,6 @@ def test_a_recipe_becomes_what_its_dish_calls_for(tmp_path: Path) -> None:
     assert isinstance(found, Scenario)
     assert (found.domain, found.aim, found.said) == ("grocery", "make mom's apple pie", ())
     assert found.needed == ("all-purpose flour", "apples", "butter", "white sugar", "eggs")
-
-
-@pytest.mark.parametrize(
-    ("row", "cause"),
-    [
-        ("[]", "a line must be an object"),
-        ("{}", "a line must have 'orders', 'goals' or 'needed'"),
-        (ROWS["talk"] | {"turns": []}, "there are no turns"),
-        (ROWS["occasion"] | {"aim": ""}, "'aim' must be a text"),
-    ],
-)
-def test_a_broken_line_is_refused_with_its_number(tmp_path: Path, row: object, cause: str) -> None:
-    file = tmp_path / "ann.jsonl"
-    text = row if isinstance(row, str) else json.dumps(row)
-    file.write_text(f"{json.dumps(ROWS['talk'])}\n\n{text}\n")
-    with pytest.raises(InvalidInputError, match=rf"^ann\.jsonl, line 3: .*{cause}"):
-        read_entries(file)
-
-
-def test_a_talk_teaches_its_goals_and_its_question(tmp_path: Path) -> None:
-    goals, question = drawn(read(tmp_path, ROWS["talk"]))
-    assert (goals.kind, goals.answer) == ("goals", "feed guests\nhave a party")
-    assert (question.kind, question.answer) == ("question", "How many?")
-    assert "You sell food." in goals.prompt[0].content
-    assert "Done: add: milk" in question.prompt[-1].content
-    silent = ROWS["talk"] | {"goals": [], "question": ""}
-    assert [each.answer for each in drawn(read(tmp_path, silent))] == ["none", "none"]
 
 
 def test_recombined_messages_say_what_their_orders_name(
@@ -193,15 +166,3 @@ def test_an_occasion_never_lies_in_its_own_prompt() -> None:
             assert f"{each.aim}\nneeded:" not in text
             shown += "\nneeded:" in text
     assert shown
-
-
-def test_a_corpus_tells_what_it_holds(tmp_path: Path) -> None:
-    found = read(tmp_path, *ROWS.values())
-    facts = corpus_facts(found, ["ann.jsonl"])
-    assert facts["counts"] == {
-        "messages, grocery": 1,
-        "points of talks, grocery": 1,
-        "occasions, grocery": 2,
-    }
-    assert (facts["files"], facts["writers"]) == (["ann.jsonl"], 1)
-    assert facts["sha256"] != corpus_facts(found[1:], ["ann.jsonl"])["sha256"]

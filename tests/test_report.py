@@ -82,14 +82,6 @@ def test_every_way_to_infer_has_a_line_by_turn(tmp_path: Path) -> None:
     assert any("ECE" in text for text in texts(calibration))
 
 
-def test_the_last_turn_of_dialogues_of_different_lengths_stands_apart() -> None:
-    cells = [measured(n, 0, t, **{"role-play": [SURE] * t}) for n, t in enumerate([1, *[3] * 5])]
-    (found,) = read_dialogues(cells)
-    turns, _ = belief_figures(found)
-    told = texts(turns)
-    assert ("last" in told, told.count("n = 6") // 2) == (True, 2)  # turns 2 and 3 have 5
-
-
 def test_the_figures_of_each_kind_are_there(folder: Path) -> None:
     found = {section.name: section for section in read_report(folder).sections}
     kinds = {name: [f.name.split("-")[0] for f in part.figures] for name, part in found.items()}
