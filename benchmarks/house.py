@@ -26,7 +26,7 @@ from rich.console import Console
 from goalscope.envs.house.simulator.controller import HouseController
 from goalscope.envs.house.simulator.scenes import load_scene, read_scene
 from goalscope.envs.house.simulator.state import Scene
-from goalscope.models.llama.tune import processor
+from goalscope.models.llama.engine import processor
 
 STEPS = 10_000
 REPLAYED = 200

@@ -26,7 +26,7 @@ from goalscope.base.text import terminal_safe
 from goalscope.base.types import InvalidInputError, Turn, UnreadableAnswerError
 from goalscope.cli.options import Json, Model, ReadingAdapter, ReadingForm
 from goalscope.cli.tables import show_tables
-from goalscope.cli.terminal import console, measuring, model_names, progress
+from goalscope.cli.terminal import console, loading, model_names, progress
 from goalscope.datasets import DATASETS, data_folder
 from goalscope.datasets.case import OPENING, turns_of
 from goalscope.datasets.files import Row, line_rows
@@ -229,7 +229,7 @@ def main(
     env, pick = cast("Counter", env), Matcher()
     every = read_dialogues(DATASETS["taskmaster4"].file(data_folder(data), split), env, pick)
     options, dialogues = options_of(every), every[:limit]
-    with measuring("Loading the model"):
+    with loading():
         opened, taught = open_reader(model_names(model)["model"], adapter=adapter)
     found: list[Cups | None] = []
     try:

@@ -18,7 +18,7 @@ from tempfile import TemporaryDirectory
 from typing import Any, cast, get_args
 
 from goalscope.agent.settings import Domain, Settings, open_environment, profiles_of
-from goalscope.models.opening import open_model, parts
+from goalscope.models.opening import open_model
 from goalscope.storage.session import Session
 from goalscope.storage.store import Store
 
@@ -62,7 +62,7 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("domains", nargs="*", default=["grocery", "house"])
     model = open_model()
-    print(f"embedded model, {parts(model)[1].describe()}")
+    print(f"embedded model, {model.speaker.describe()}")
     for domain in parser.parse_args().domains:
         if domain not in get_args(Domain):
             parser.error(f"there is no domain {domain}")

@@ -86,7 +86,6 @@ class Bench:
         import torch
 
         from speed_peers import (
-            LlamaCppPython,
             LmEval,
             Minicons,
             OneByOne,
@@ -114,12 +113,8 @@ class Bench:
                 Way(Minicons(model, self.tokenizer, dtype), 2, 1),
             ]
             self.sharing.append(SharedPrefix(model, dtype))
-        self.ways.append(Way(LlamaCppPython(self.engine.path, 2048, THREADS), 1, 1))
         self.full = full
-        how = self.engine.tuning.running
-        self.results.engine = (
-            f"{self.engine.weight_type} weights, {how.threads} threads, batches of {how.batch}"
-        )
+        self.results.engine = f"{self.engine.weight_type} weights, {self.engine.threads} threads"
 
     def rows(self, goal_count: int, round_number: int) -> list[Any]:
         """What the other ways are given: the tokens and the text of our own prompts."""

@@ -14,7 +14,7 @@ from typing import Any
 from rich.console import Console
 from rich.table import Table
 
-from goalscope.models.llama.tune import processor
+from goalscope.models.llama.engine import processor
 
 FOLDER = Path(__file__).parent / "results"
 PACKAGES = (
@@ -42,7 +42,7 @@ class Results:
     """What was measured.
 
     Attributes:
-        engine: How this project's engine runs, as `goalscope models tune` found.
+        engine: How this project's engine runs.
         cells: One for each number of goals, round and way, with its seconds.
         errors: For each way, the largest difference to the paper's way, in nats.
         megabytes: Peak resident memory of this project alone with the most goals.

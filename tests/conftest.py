@@ -15,9 +15,7 @@ from browsers import browser, enter  # noqa: F401
 from commands import PROFILES
 from databases import place, server  # noqa: F401
 from fakes import NamedModel
-from goalscope.models.llama.copies import requantize
-from goalscope.models.llama.engine import READY
-from goalscope.models.llama.model import LlamaCpp, embedded_path
+from goalscope.models.llama.model import LlamaCpp
 from lives import CATALOGUE
 from servers import (  # noqa: F401
     exact_gguf,
@@ -41,7 +39,7 @@ os.environ["XDG_DATA_HOME"] = _data.name  # of the processes that tests start
 GROUPS = {
     "browser": {"browser"},
     "postgresql": {"server"},
-    "server": {"llama_server", "llama_server_address", "llama_cpp_python_address"},
+    "server": {"llama_server", "llama_server_address"},
 }
 """Fixtures that need more than Python, by the mark of the tests that use them."""
 
@@ -114,17 +112,3 @@ def pytest_terminal_summary(terminalreporter: pytest.TerminalReporter) -> None:
 def model() -> LlamaCpp:
     """The embedded model."""
     return LlamaCpp()
-
-
-@pytest.fixture(scope="session")
-def ready_built(tmp_path_factory: pytest.TempPathFactory) -> Iterator[LlamaCpp]:
-    """The embedded model with 16-bit weights, by the engine that comes ready-built."""
-    half = tmp_path_factory.mktemp("half") / "half.gguf"
-    requantize(embedded_path(), half, "F16")
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setenv("GOALSCOPE_TUNE", "0")
-        patch.setattr("goalscope.models.llama.native.engine", READY.load)
-        model = LlamaCpp(half)
-    yield model
-    model.close()
-    half.unlink()

@@ -30,7 +30,7 @@ def arguments(*words: str) -> list[str]:
 
 def environment(**more: str) -> dict[str, str]:
     path = os.pathsep.join(str(each) for each in (HERE.parent / "src", HERE))
-    return {**os.environ, "PYTHONPATH": path, "GOALSCOPE_TUNE": "0", **more}
+    return {**os.environ, "PYTHONPATH": path, **more}
 
 
 def started(*words: str, **more: str) -> subprocess.Popen[str]:

@@ -14,8 +14,8 @@ from pathlib import Path
 
 import pytest
 
+from converting import convert
 from goalscope.models import OpenModel
-from goalscope.models.llama.copies import requantize
 from goalscope.models.llama.model import embedded_path
 from goalscope.models.opening import open_model
 
@@ -52,7 +52,7 @@ def started(command: list[str], port: int, log: Path) -> Iterator[str]:
 def exact_gguf(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Path]:
     """The embedded model with float32 weights, so that all engines agree closely."""
     path = tmp_path_factory.mktemp("exact") / "exact.gguf"
-    requantize(embedded_path(), path, "F32")
+    convert(embedded_path(), path, "F32")
     yield path
     path.unlink()
 

@@ -22,11 +22,10 @@ from goalscope.models.adapters import (
     read_adapter,
     write_adapter,
 )
-from goalscope.models.cache import CachedModel
 from goalscope.models.llama.model import LlamaCpp, embedded_path
-from goalscope.models.llama.native import KVCache, Running, Weights
 from goalscope.models.llama.trie import Trie
-from goalscope.models.opening import ModelSet, open_model, parts
+from goalscope.models.llama.weights import KVCache, Weights
+from goalscope.models.opening import open_model
 from goalscope.models.torch.model import Transformers
 from test_cli import invoke
 from test_model_contract import CONTEXTS, REPLIES, sums
@@ -155,9 +154,7 @@ def test_rows_stand_in_the_order_of_the_architecture(tmp_path: Path, kind: str) 
     results = []
     for model in (plain, adapted):
         weights, rows = Weights(source), np.zeros((len(tokens), config.vocab_size))
-        if model is adapted:
-            weights.adapt(file)
-        cache = KVCache(weights, Running(1))
+        cache = KVCache(weights, 1, file if model is adapted else None)
         cache.load(trie, set(range(len(tokens))), rows.__setitem__)
         cache.free()
         weights.free()
@@ -194,12 +191,9 @@ def test_what_is_written_is_read(tmp_path: Path, kind: str, rank: int, apart: fl
             np.testing.assert_allclose(one, other, rtol=1e-3, atol=apart * np.abs(one).max())
 
 
-def test_only_what_people_say_is_scored_with_it(
-    mine: Path, model: LlamaCpp, tmp_path: Path
-) -> None:
-    both = open_model(adapter=mine, calls=tmp_path / "calls.db")
-    assert isinstance(both, ModelSet)
-    writer, scorer = parts(both)
+def test_only_what_people_say_is_scored_with_it(mine: Path, model: LlamaCpp) -> None:
+    both = open_model(adapter=mine)
+    writer, scorer = both.generator, both.speaker
     assert (writer.adapter, scorer.adapter) == (None, mine / "adapter.gguf")
     chat = [Message("user", "Name three things to eat for breakfast.")]
     text = both.generate(chat, max_tokens=20).text
@@ -210,20 +204,10 @@ def test_only_what_people_say_is_scored_with_it(
     np.testing.assert_allclose(sums(both, CONTEXTS, REPLIES), usual, atol=0.15)
     assert both.name == model.name
     assert both.writer is not None
-    taught = [both.reader.fingerprint, both.writer.fingerprint]
-    assert both.fingerprint == " ".join([*[writer.fingerprint] * 2, scorer.fingerprint, *taught])
+    assert both.fingerprint == " ".join(model.fingerprint for model in both.roles)
     assert f"; proposes, plans and asks: {both.writer.describe()}" in both.describe()
     assert f"; scores what people say: {scorer.describe()}" in both.describe()
     both.close()
-    plain = open_model(adapter="none", calls=tmp_path / "calls.db")
-    assert isinstance(plain, ModelSet)
-    cached = plain.generator
-    assert isinstance(cached, CachedModel)
-    assert plain.speaker is plain.scorer is cached
-    assert plain.generate(chat, max_tokens=20).text == text
-    np.testing.assert_allclose(sums(plain, CONTEXTS, REPLIES), usual, atol=0.15)
-    assert (cached.hits, cached.misses) == (1 + len(REPLIES), 0)
-    plain.close()
 
 
 def test_transformers_writes_without_it_too(tmp_path: Path) -> None:
@@ -231,7 +215,6 @@ def test_transformers_writes_without_it_too(tmp_path: Path) -> None:
     config = config_of("llama")
     write_adapter(tmp_path / "adapter.gguf", random_adapter(config, 0.5), config)
     plain, both = open_model(folder), open_model(folder, adapter=tmp_path)
-    assert isinstance(both, ModelSet)
     chat = [Message("user", "Hi")]
     assert both.generate(chat, max_tokens=8).text == plain.generate(chat, max_tokens=8).text
     found, before = (each.token_logprobs([chat], ["Tea."])[0] for each in (both.speaker, plain))
@@ -254,7 +237,7 @@ def test_the_shipped_one_is_for_the_embedded_scorer_alone(
         ({"scorer": embedded_path()}, None),
     ):
         opened = open_model(**names)
-        writer, scorer = parts(opened)
+        writer, scorer = opened.generator, opened.speaker
         assert (writer.adapter, scorer.adapter) == (None, adapter)
         opened.close()
 

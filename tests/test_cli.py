@@ -22,9 +22,7 @@ from goalscope.belief.calibration import (
     calibration_from_json,
     keep_calibration,
 )
-from goalscope.cli.models import _engine
 from goalscope.experiment.locking import sole
-from goalscope.models.llama.engine import READY, Engine
 
 SOURCE = str(Path(__file__).parents[1] / "src")
 invoke = run  # until the other files call it
@@ -243,16 +241,6 @@ def test_doctor_calls_the_model_as_people_do_and_tells_its_calibration(words, mo
     assert inner not in shown
     assert told["model"] == "SmolLM2-135M-Instruct"
     assert "prior_unspecified 0.5; " in told["calibration"]
-
-
-@pytest.mark.parametrize("compiler", [None, "g++"])
-def test_doctor_says_what_the_faster_engine_needs(monkeypatch, compiler):
-    which = {"g++": "/usr/bin/g++"} if compiler else {}
-    monkeypatch.delenv("CXX", raising=False)
-    monkeypatch.setattr("shutil.which", which.get)
-    told = _engine(None, Engine(READY, "1.0", None))
-    assert "goalscope[native]" in told
-    assert ("install a C++ compiler" in told) == (compiler is None)
 
 
 def test_doctor_reports_lost_adapters(words, monkeypatch, tmp_path):

@@ -108,15 +108,6 @@ def test_long_work_without_a_terminal_says_how_far_it_is(here, monkeypatch):
     ]
 
 
-def test_a_first_use_is_reported_while_the_model_is_opened(here, monkeypatch):
-    told = []
-    monkeypatch.setattr(
-        identity, "opened", lambda model, report=None: told.append(report) or NamedModel()
-    )
-    tables("bench", "mcq", "q.jsonl", "--limit", "1")
-    assert callable(told[0])
-
-
 @pytest.mark.parametrize("width", [50, 80, 200])
 def test_no_figure_of_a_table_is_broken_and_no_line_too_long(width, capsys, monkeypatch):
     monkeypatch.setenv("COLUMNS", str(width))

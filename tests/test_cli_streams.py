@@ -14,7 +14,6 @@ from commands import ROW, fails, rows_file, run
 from goalscope.base import user_dirs as places
 from goalscope.base.types import GoalscopeError
 from goalscope.cli.main import _at_home
-from goalscope.models.llama.tune import tuned
 from goalscope.storage.opening import opened
 
 SOURCE = str(Path(__file__).parents[1] / "src")
@@ -32,7 +31,7 @@ def ran(
     unbuffered: str = "",
 ) -> subprocess.CompletedProcess[str]:
     home = {"HOME": str(tmp_path), "GOALSCOPE_STORE": str(tmp_path / "e.db")}
-    environment = {**os.environ, "PYTHONPATH": SOURCE, "GOALSCOPE_TUNE": "0", **home}
+    environment = {**os.environ, "PYTHONPATH": SOURCE, **home}
     environment["PYTHONUNBUFFERED"] = unbuffered
     return subprocess.run(
         [*MAIN[:-1], code, *words], stdout=stdout, stderr=subprocess.PIPE, text=True,
@@ -117,7 +116,6 @@ PATHS = [
     ("house", "show", "@"),
     ("house", "show", "Kitchen1", "--svg", "@"),
     ("house", "import", "@"),
-    ("models", "tune", "@"),
     ("models", "check", "@"),
 ]
 
@@ -180,18 +178,14 @@ for name in ("HOME", "GOALSCOPE_STORE", "XDG_DATA_HOME", "XDG_CACHE_HOME"):
 
 
 def test_who_has_no_home_keeps_nothing_and_runs_all_the_same(
-    monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+    monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     def homeless(*_: object) -> Path:
         raise RuntimeError("could not determine the home directory")
 
     monkeypatch.setattr("platformdirs.user_cache_path", homeless)
     monkeypatch.setattr("platformdirs.user_data_path", homeless)
-    monkeypatch.delenv("GOALSCOPE_TUNE", raising=False)
     assert places.user_data() == places.user_cache() == places.NOWHERE
-    file = tmp_path / "m.gguf"
-    file.write_bytes(b"GGUF")
-    assert tuned(file, 2).path == file
     with pytest.raises(GoalscopeError, match="HOME is not set"):
         opened(places.user_data() / "episodes.db")
 

@@ -25,7 +25,7 @@ from goalscope.cli.display import (
 )
 from goalscope.language.orders import Order, Reading, order_in_words
 from goalscope.models.llama.model import embedded_path
-from goalscope.models.llama.native import Weights
+from goalscope.models.llama.weights import Weights
 from goalscope.storage.store import EpisodeInfo
 
 CAKE, TEA = Goal("bake a cake"), Goal("make tea")

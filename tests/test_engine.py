@@ -1,67 +1,22 @@
-"""Which llama.cpp runs, and how one that goalscope does not know is refused."""
+"""A llama.cpp that goalscope does not know is refused."""
 
 from __future__ import annotations
 
-import os
 import shutil
 import subprocess
-import sys
 from dataclasses import replace
 from pathlib import Path
 
 import pytest
 
-from goalscope.base.types import InvalidInputError, ModelError
-from goalscope.models import engine as engines
-from goalscope.models.llama.engine import NATIVE, READY
-from goalscope.models.llama.model import LlamaCpp
-from goalscope.models.llama.native import Weights
-from test_model_contract import CONTEXTS, REPLIES, sums
-
-NAME = "from goalscope.models.llama.engine import engine; print(engine().package.name)"
+from goalscope.base.types import ModelError
+from goalscope.models.llama import engine as engines
+from goalscope.models.llama.engine import PACKAGE
 
 
-def chosen(**environment: str) -> str:
-    done = subprocess.run(
-        [sys.executable, "-c", NAME],
-        env=os.environ | environment,
-        capture_output=True,
-        text=True,
-        check=True,
-    )
-    return done.stdout.strip()
-
-
-@pytest.mark.skipif(NATIVE.library is None, reason="no engine was compiled here")
-def test_the_compiled_engine_is_preferred_where_it_is_installed() -> None:
-    assert chosen() == NATIVE.name
-    assert chosen(GOALSCOPE_ENGINE="ready") == READY.name
-
-
-@pytest.mark.skipif(NATIVE.library is None, reason="no engine was compiled here")
-def test_both_engines_give_the_same_log_probabilities(exact_gguf: Path) -> None:
-    found = []
-    for package in (NATIVE, READY):
-        with pytest.MonkeyPatch.context() as patch:
-            patch.setattr("goalscope.models.llama.native.engine", package.load)
-            patch.setenv("GOALSCOPE_TUNE", "0")
-            model = LlamaCpp(exact_gguf)
-            assert model.engine.package is package
-            found.append(sums(model, CONTEXTS, REPLIES))
-            model.close()
-    assert abs(found[0] - found[1]).max() < 1e-3
-
-
-def test_an_engine_of_another_name_is_refused(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setenv("GOALSCOPE_ENGINE", "turbo")
-    with pytest.raises(InvalidInputError, match="GOALSCOPE_ENGINE must be native or ready"):
-        engines.engine.__wrapped__()
-
-
-def test_who_asks_for_the_compiled_engine_gets_no_other(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setenv("GOALSCOPE_ENGINE", "native")
-    monkeypatch.setattr(engines, "NATIVE", replace(NATIVE, module="not_compiled_here"))
-    with pytest.raises(ModelError, match="llama-cpp-python is not installed"):
+def test_a_missing_engine_says_what_to_run(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(engines, "PACKAGE", replace(PACKAGE, module="not_installed"))
+    with pytest.raises(ModelError, match=r"is not installed\. Run `pip install goalscope` again"):
         engines.engine.__wrapped__()
 
 
@@ -72,15 +27,15 @@ def test_a_file_that_is_no_library_is_refused(
     folder.mkdir()
     (folder / "libllama.so").write_text("This is no library.")
     monkeypatch.syspath_prepend(tmp_path)
-    with pytest.raises(ModelError, match=f"{READY.name} cannot be loaded"):
-        replace(READY, module="broken_engine", places=("libllama.so",)).load()
+    with pytest.raises(ModelError, match=f"{PACKAGE.name} cannot be loaded"):
+        replace(PACKAGE, module="broken_engine", places=("libllama.so",)).load()
 
 
 LAYOUT = (
     "unsigned n_ctx, n_batch, n_ubatch, n_seq_max, n_rs_seq, n_outputs_max, n_per_seq;"
     "int threads[2], ctx_type, rope, pooling, attention, flash; float base, scale, yarn[4];"
-    "unsigned orig; float defrag; void *eval[2]; int type_k, type_v; void *abort[2];"
-    "_Bool embeddings, offload, no_perf, op, swa, unified; char rest[200];"
+    "unsigned orig; float defrag; void *eval[2]; int type_k, type_v; size_t moe;"
+    "void *abort[2]; _Bool embeddings, offload, no_perf, op, swa, unified; char rest[200];"
 )
 VALUES = (
     "p.n_ctx = 512; p.n_batch = 2048; p.n_ubatch = 512; p.n_seq_max = p.n_per_seq = 1;"
@@ -98,7 +53,7 @@ VALUES = (
         ("int threads[2],", "int added, threads[2],"),
         ("rope, pooling", "rope, added, pooling"),
         ("float defrag; void *eval[2];", "void *eval[2];"),
-        ("void *eval[2];", "void *eval[2]; void *added[2];"),
+        ("size_t moe;", ""),
         ("embeddings, offload", "added, embeddings, offload"),
         ("", ""),
     ],
@@ -109,11 +64,12 @@ def test_another_layout_of_its_settings_is_refused(
     """As a llama.cpp that has one setting more or less than goalscope knows."""
     folder = tmp_path / "other_engine"
     folder.mkdir()
-    names = engines._FUNCTIONS.keys() - {"model_default_params"}  # pyright: ignore[reportPrivateUsage]
+    made = {"model_default_params", "context_default_params", "init_from_model"}
+    names = engines._FUNCTIONS.keys() - made  # pyright: ignore[reportPrivateUsage]
     values = VALUES if "defrag" in LAYOUT.replace(old, new) else VALUES.replace("= p.defrag", "")
     source = folder / "llama.c"
     source.write_text(
-        "#include <string.h>\n"
+        "#include <stddef.h>\n#include <string.h>\n"
         + "".join(f"int llama_{name}(void) {{ return 0; }}\n" for name in sorted(names))
         + "int llama_init_from_model(void) { return 0; }\n"
         + "typedef struct { void *devices[2]; int gpu, split, load, lazy, main; void *rest[4];\n"
@@ -127,17 +83,9 @@ def test_another_layout_of_its_settings_is_refused(
     command = ["cc", "-shared", "-fPIC", "-w", "-o", str(folder / "libllama.so"), str(source)]
     subprocess.run(command, check=True)
     monkeypatch.syspath_prepend(tmp_path)
-    package = replace(READY, module="other_engine", places=("libllama.so",))
+    package = replace(PACKAGE, module="other_engine", places=("libllama.so",))
     if not old:
-        assert package.load().package is package
+        package.load()
         return
     with pytest.raises(ModelError, match=r"unsupported version of llama.cpp; run `pip install"):
         package.load()
-
-
-def test_weights_may_be_loaded_by_another_engine_than_this_processes(ready_built: LlamaCpp) -> None:
-    weights = Weights(ready_built.path, vocabulary_only=True, by=ready_built.engine)
-    assert weights.tokenize("Pancakes.", markup=False) == list(
-        ready_built.tokenizer.tokenize("Pancakes.")
-    )
-    weights.free()

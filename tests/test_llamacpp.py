@@ -15,12 +15,12 @@ import numpy as np
 import pytest
 
 from goalscope.base.types import Message, ModelError, UnreadableAnswerError
+from goalscope.models.adapters import shipped
 from goalscope.models.check import check
 from goalscope.models.llama.engine import engine
 from goalscope.models.llama.model import LlamaCpp, embedded_path
-from goalscope.models.llama.native import MAX_PATHS, Running, Weights
 from goalscope.models.llama.sampling import LlamaGrammar
-from goalscope.models.llama.tune import Tuning, tune
+from goalscope.models.llama.weights import MAX_PATHS, Weights
 from test_model_contract import CONTEXTS, HISTORY, REPLIES, TOLERANCE, one_at_a_time, sums
 
 
@@ -85,10 +85,7 @@ def damaged(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return file
 
 
-def test_damaged_weights_are_named_with_what_to_do(
-    damaged: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, recwarn: Any
-) -> None:
-    monkeypatch.setenv("GOALSCOPE_TUNE", "0")
+def test_damaged_weights_are_named_with_what_to_do(damaged: Path, recwarn: Any) -> None:
     engine = LlamaCpp(damaged)
     said = rf"{damaged}.* Download it again, or choose another file\."
     for asked in (
@@ -101,25 +98,31 @@ def test_damaged_weights_are_named_with_what_to_do(
     (problem, *_) = check(engine)[1]
     assert re.search(said, problem)
     engine.close()
-    monkeypatch.setattr("platformdirs.user_cache_path", lambda _: tmp_path)
-    monkeypatch.setattr("goalscope.models.llama.tune._TYPES", ("Q8_0",))
-    with pytest.raises(ModelError, match=rf"{damaged} is damaged.* Download it again"):
-        tune(damaged, 1)
     assert not recwarn.list
 
 
-def test_a_damaged_copy_is_to_be_deleted_and_the_embedded_model_installed(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    copy, own = tmp_path / "copy.gguf", embedded_path()
-    copy.write_bytes(b"GGUF")
-    for path, said in ((copy, "Delete the copies in"), (own, "Reinstall goalscope")):
-        tuning = Tuning(own, path, 1, Running(1))
-        monkeypatch.setattr("goalscope.models.llama.model.tuned", lambda *_, of=tuning: of)
-        with monkeypatch.context() as patch:
-            patch.setattr(engine().lib, "llama_model_load_from_file", lambda *_: None)
-            with pytest.raises(ModelError, match=rf"{path} is not a complete.* {said}"):
-                LlamaCpp()
+def test_a_damaged_embedded_model_is_to_be_installed_again(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(engine().lib, "llama_model_load_from_file", lambda *_: None)
+    with pytest.raises(ModelError, match=rf"{embedded_path()} is not a complete.*Reinstall"):
+        LlamaCpp()
+
+
+def test_models_with_several_adapters_share_weights_and_answer_as_alone() -> None:
+    plain, files = LlamaCpp(), [shipped("reader"), shipped("writer")]
+    sharing = [LlamaCpp(adapter=file, sharing=plain) for file in files]
+    expected = plain.token_logprobs(CONTEXTS, REPLIES)
+    together = [model.token_logprobs(CONTEXTS, REPLIES) for model in sharing]
+    plain.clear_cache()
+    for row, again in zip(expected, plain.token_logprobs(CONTEXTS, REPLIES), strict=True):
+        np.testing.assert_array_equal(row, again)
+    plain.close()
+    for file, model, rows in zip(files, sharing, together, strict=True):
+        alone = LlamaCpp(adapter=file)
+        for row, again in zip(rows, alone.token_logprobs(CONTEXTS, REPLIES), strict=True):
+            np.testing.assert_array_equal(row, again)
+        assert alone.fingerprint == model.fingerprint != plain.fingerprint
+        alone.close()
+        model.close()
 
 
 def test_writing_goes_on_where_the_cache_has_to_grow(model: LlamaCpp) -> None:
@@ -181,22 +184,6 @@ def test_a_model_that_is_closed_says_so_whatever_it_is_asked() -> None:
     ):
         with pytest.raises(ModelError, match="This model is closed; open it again with open_model"):
             asked()
-
-
-@pytest.mark.parametrize("amx", [False, True])
-def test_no_weights_are_repacked_for_amx(monkeypatch: pytest.MonkeyPatch, amx: bool) -> None:
-    lib, repacked = engine().lib, list[bool]()
-
-    def load(path: bytes, params: Any) -> Any:
-        repacked.append(params.use_extra_bufts)
-        return as_told(path, params)
-
-    as_told = lib.llama_model_load_from_file
-    told = f"CPU : AVX512 = 1 | AMX_INT8 = {int(amx)} | ".encode()
-    monkeypatch.setattr(lib, "llama_print_system_info", lambda: told)
-    monkeypatch.setattr(lib, "llama_model_load_from_file", load)
-    Weights(embedded_path(), vocabulary_only=True).free()
-    assert repacked == [not amx]
 
 
 @pytest.mark.parametrize("temperature", [0.0, 0.8])

@@ -16,11 +16,11 @@ import pytest
 
 from goalscope.base.types import InvalidInputError, Message, ModelError
 from goalscope.models.llama.model import embedded_path
-from goalscope.models.opening import parts
+from goalscope.models.opening import ModelSet
 from goalscope.models.scoring import TokenScorer
 
-TOLERANCE = 0.25
-"""Nats a sequence: BF16 rounding makes one order of summation differ from another by about 0.1."""
+TOLERANCE = 0.4
+"""Nats a sequence: activations have 8 bits, and batches of other sizes round them otherwise."""
 
 HISTORY = [
     Message("user", "What do you need?"),
@@ -42,13 +42,11 @@ TEXTS = [
 ]
 
 
-@pytest.fixture(scope="session", params=["embedded", "ready-built", "transformers", "server"])
+@pytest.fixture(scope="session", params=["embedded", "transformers", "server"])
 def backend(request: pytest.FixtureRequest) -> Any:
     """A model that writes and scores."""
     if request.param == "embedded":
         return request.getfixturevalue("model")
-    if request.param == "ready-built":
-        return request.getfixturevalue("ready_built")
     if request.param == "transformers":
         pytest.importorskip("transformers")
         from goalscope.models.torch.model import Transformers
@@ -60,7 +58,7 @@ def backend(request: pytest.FixtureRequest) -> Any:
 @pytest.fixture(scope="session")
 def scorer(backend: Any) -> TokenScorer:
     """Its part that scores."""
-    return parts(backend)[1]
+    return backend.scorer if isinstance(backend, ModelSet) else backend
 
 
 def sums(model: Any, contexts: list[list[Message]], replies: list[str]) -> np.ndarray:

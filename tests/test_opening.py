@@ -12,9 +12,8 @@ from typer.testing import CliRunner
 from fakes import WordModel
 from goalscope.base.types import InvalidInputError, Message, ModelError
 from goalscope.cli.main import app
-from goalscope.models.cache import CachedModel
 from goalscope.models.llama.model import LlamaCpp, embedded_path
-from goalscope.models.opening import ModelSet, forget, model_label, open_model, parts
+from goalscope.models.opening import ModelSet, model_label, open_model
 
 CHAT = [Message("user", "milk and eggs")]
 
@@ -26,10 +25,6 @@ class Named(WordModel):
         super().__init__({"milk": f"by {name}"}, context_size)
         self.name = self.fingerprint = name
         self.closed = False
-        self.forgot = 0
-
-    def clear_cache(self) -> None:
-        self.forgot += 1
 
     def describe(self) -> str:
         return f"the {self.name}"
@@ -46,25 +41,15 @@ def test_one_writes_and_the_other_scores() -> None:
     assert (writer.calls, scorer.calls) == (0, 1)
     assert both.context_size == 50
     assert both.name == "writer and scorer"
-    assert parts(both) == (writer, scorer)
     both.close()
     assert (writer.closed, scorer.closed) == (True, True)
 
 
-def test_every_part_forgets_once(tmp_path: Path) -> None:
-    one, two, three = Named("one"), Named("two"), Named("three")
-    forget(ModelSet(one, CachedModel(two, tmp_path / "calls.db"), reader=one, writer=three))
-    assert [each.forgot for each in (one, two, three)] == [1, 1, 1]
-    forget(WordModel({}))
-
-
-def test_nothing_names_the_embedded_model_and_one_for_both_is_one(
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
-    monkeypatch.setenv("GOALSCOPE_TUNE", "0")
+def test_nothing_names_the_embedded_model_and_one_for_both_is_one() -> None:
     model = open_model(generator=embedded_path(), scorer=embedded_path())
-    assert isinstance(model, LlamaCpp)
-    assert parts(model) == (model, model)
+    assert isinstance(model.generator, LlamaCpp)
+    assert model.roles == [model.generator]
+    assert model.describe() == model.generator.describe()
     model.close()
 
 
@@ -96,7 +81,7 @@ def test_a_label_names_the_adapter(names: dict[str, str], label: str) -> None:
     assert model_label(names) == label
 
 
-@pytest.mark.parametrize("argument", ["model", "generator", "scorer", "adapter", "calls"])
+@pytest.mark.parametrize("argument", ["model", "generator", "scorer", "adapter"])
 @pytest.mark.parametrize("bad", [3, b"model.gguf", ["model.gguf"], object()])
 def test_what_is_no_name_is_refused(argument: str, bad: object) -> None:
     given: dict[str, Any] = {argument: bad}
@@ -114,7 +99,7 @@ def test_a_writer_is_closed_where_its_scorer_cannot_be_opened(
     monkeypatch: pytest.MonkeyPatch, tmp_path: Path
 ) -> None:
     writer = Named("writer")
-    monkeypatch.setattr("goalscope.models.opening._served_generator", lambda *_: writer)
+    monkeypatch.setattr("goalscope.models.opening._generator", lambda *_: writer)
     with pytest.raises(ModelError, match="no model file"):
         open_model(generator="http://127.0.0.1:9/v1", scorer=tmp_path / "none.gguf")
     assert writer.closed

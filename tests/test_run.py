@@ -30,7 +30,7 @@ from goalscope.storage.tables import CELLS
 
 SOURCE = str(Path(__file__).parents[1] / "src")
 MAIN = [sys.executable, "-c", "from goalscope.cli.main import main; main()"]
-ENV = os.environ | {"PYTHONPATH": SOURCE, "GOALSCOPE_TUNE": "0"}
+ENV = os.environ | {"PYTHONPATH": SOURCE}
 
 CHOICES = {"A": "a cake with much cocoa", "B": "a clean car"}
 REPHRASINGS = {"A": ["bake something with chocolate"], "B": ["wash the car"]}

@@ -32,9 +32,7 @@ vLLM."""
 @pytest.fixture(scope="session")
 def exact(exact_gguf: Path) -> Iterator[LlamaCpp]:
     """The embedded engine on the servers' file."""
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setenv("GOALSCOPE_TUNE", "0")
-        engine = LlamaCpp(exact_gguf)
+    engine = LlamaCpp(exact_gguf)
     yield engine
     engine.close()
 

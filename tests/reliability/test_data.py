@@ -32,13 +32,11 @@ from goalscope.experiment.plan import specs_of
 from goalscope.experiment.plan_reading import read_experiment
 from goalscope.experiment.results import Results
 from goalscope.experiment.run import run
-from goalscope.models.cache import CachedModel
 from goalscope.storage import opening
 from goalscope.storage.store import Store
 from goalscope.study.store import StudyStore
 from lives import Lives, anew, episode, experiment, furnish, measured, rounds_of
 from sites import site
-from test_cache import CHAT, Weighed
 from test_run import NamedModel
 from test_store import EPISODE, a_round
 from test_study import fill
@@ -203,28 +201,6 @@ def test_a_store_loses_at_most_the_round_whose_write_was_torn(
     assert set(kept) == {1, 2}
     record_property("measured", f"torn at {kept.total():,} of {length - before + 1:,} bytes: "
                     "whole each time, without the torn round alone")  # fmt: skip
-
-
-@pytest.mark.parametrize("stride", STRIDES)
-def test_the_cache_of_model_calls_loses_at_most_the_torn_one(
-    tmp_path: Path, stride: int, record_property: Any
-) -> None:
-    cached = CachedModel(Weighed(), tmp_path / "calls.db")
-    cached.token_logprobs([CHAT], ["milk"])
-    before = (tmp_path / "calls.db-wal").stat().st_size
-    cached.token_logprobs([CHAT], ["none at all"])
-    shutil.copytree(tmp_path, tmp_path / "copy")
-    length, tried = (tmp_path / "copy" / "calls.db-wal").stat().st_size, 0
-    cached.close()
-    for size, torn in torn_copies(tmp_path / "copy" / "calls.db", before, stride):
-        model = Weighed()
-        again = CachedModel(model, torn / "calls.db")
-        again.token_logprobs([CHAT] * 2, ["milk", "none at all"])
-        again.close()
-        assert model.pairs == (size < length)
-        tried += 1
-    record_property("measured", f"torn at {tried:,} of {length - before + 1:,} bytes: "
-                    "at most that one call is made again")  # fmt: skip
 
 
 def test_a_calibration_is_the_old_or_the_new_whatever_stops_its_writing(

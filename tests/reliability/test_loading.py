@@ -168,7 +168,7 @@ def test_a_model_folder_runs_nothing(name: str, tmp_path: Path) -> None:
 TRY_EACH = """
 import sys
 from pathlib import Path
-from goalscope.models.llama.native import Weights
+from goalscope.models.llama.weights import Weights
 from goalscope.base.types import ModelError
 for file in sys.argv[1:]:
     end = "loaded"

@@ -22,7 +22,7 @@ from goalscope.models.chat import ChatTokenizer
 from goalscope.models.hf_tokenizer import chat_tokenizer
 from goalscope.models.llama.engine import CONTROL, USER_DEFINED
 from goalscope.models.llama.model import embedded_path
-from goalscope.models.llama.native import Weights
+from goalscope.models.llama.weights import Weights
 from goalscope.models.scoring import Pair, TokenScorer
 from goalscope.prompts import render
 

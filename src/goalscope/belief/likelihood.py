@@ -5,7 +5,7 @@ from __future__ import annotations
 import itertools
 from collections.abc import Callable, Sequence
 from inspect import signature
-from typing import Any, Literal, Protocol, cast
+from typing import Literal, Protocol, cast
 
 import numpy as np
 import numpy.typing as npt
@@ -22,7 +22,7 @@ from goalscope.base.types import (
 from goalscope.belief.calibration import Calibration, known_calibration
 from goalscope.models import LikelihoodModel, Roles
 from goalscope.models.adapters import FITTED_LAYOUT, NO_ADAPTER
-from goalscope.models.opening import parts
+from goalscope.models.opening import adapter_metadata
 from goalscope.models.scoring import logprobs_of
 from goalscope.prompts import render, transcript
 
@@ -88,14 +88,13 @@ class RolePlay:
     ) -> None:
         if layout not in ("goal-first", "goal-last"):
             raise InvalidInputError(f'layout must be "goal-first" or "goal-last", not {layout!r}')
-        self._speaker: Any = parts(cast("Any", model))[1]
-        fitted: str = getattr(self._speaker, "adapter_metadata", {}).get(FITTED_LAYOUT, layout)
+        self.model = model.speaker if isinstance(model, Roles) else model
+        fitted = adapter_metadata(model).get(FITTED_LAYOUT, layout)
         if fitted != layout:
             raise InvalidInputError(
                 f"The adapter was fitted with the layout {fitted}, not {layout}. Give --layout "
                 f"{fitted}, or --adapter {NO_ADAPTER}."
             )
-        self.model = model.speaker if isinstance(model, Roles) else model
         self.layout: Layout = layout
         self._calibration: Calibration | None = None
 
@@ -103,7 +102,7 @@ class RolePlay:
     def calibration(self) -> Calibration:
         """The calibration for this model, adapter and prompt; see `known_calibration`."""
         if self._calibration is None:
-            self._calibration, _ = known_calibration(self._speaker, self.layout)
+            self._calibration, _ = known_calibration(self.model, self.layout)
         return self._calibration
 
     def log_likelihood(
@@ -138,7 +137,7 @@ class RolePlay:
         Raises:
             ModelError: The model has no tokenizer.
         """
-        tokenizer = getattr(self._speaker, "tokenizer", None)
+        tokenizer = getattr(self.model, "tokenizer", None)
         if tokenizer is None:
             raise ModelError("The model that scores has no tokenizer.")
         turns = [turn.plain() for turn in turns]

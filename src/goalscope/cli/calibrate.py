@@ -177,10 +177,10 @@ def _fit(way: Way, found: Sequence[Observed], out: Path | None) -> dict[str, Any
     from goalscope.belief.calibration import DEFAULT, PAPER, Calibration
     from goalscope.experiment.fit_calibration import fit_calibration, quality
     from goalscope.experiment.identity import opened
-    from goalscope.models.opening import model_label, parts
+    from goalscope.models.opening import model_label
 
     model = json.loads(way.model)
-    scorer, origin = parts(opened(model))[1], ""
+    scorer, origin = opened(model).speaker, ""
     beside: dict[str, Calibration | None] = {"Eq. 1": PAPER, "default": DEFAULT}
     with suppress(InvalidInputError):  # a broken file of one's own
         known, origin = calibrations.known_calibration(scorer, way.layout)

@@ -38,7 +38,7 @@ from goalscope.cli.options import (
     check_picture,
     episode_settings,
 )
-from goalscope.cli.terminal import console, measured_meanwhile, settings_model, spinner
+from goalscope.cli.terminal import console, settings_model, spinner
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -142,8 +142,7 @@ def chat(
         profile = info.profile if info else None
         person = profile_named(settings, profile) if profile else None
         with (
-            settings_model(settings, measure=False) as engine,
-            measured_meanwhile(settings),
+            settings_model(settings) as engine,
             _environment(settings, person) as env,
         ):
             before = None

@@ -23,7 +23,7 @@ from goalscope.cli.options import (
     Writer,
 )
 from goalscope.cli.tables import show_tables
-from goalscope.cli.terminal import measuring, model_names, progress
+from goalscope.cli.terminal import loading, model_names, progress
 
 if TYPE_CHECKING:
     from goalscope.experiment.plan import Experiment
@@ -246,9 +246,9 @@ def _run(
     command = shlex.join(["goalscope", *sys.argv[1:]])
     failed: list[str] = []
     done = total = 0
-    with measuring("Loading the model") as report:
+    with loading():
         for spec in specs[:1]:
-            opened(spec["model"], report)
+            opened(spec["model"])
     with sole(path), Results.open(path) as kept:
         try:
             with progress(plan.title or plan.name) as show:

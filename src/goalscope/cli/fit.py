@@ -13,7 +13,7 @@ import typer
 
 from goalscope.base.types import InvalidInputError, pluralize
 from goalscope.cli.options import Json, Layout, Seed
-from goalscope.cli.terminal import console, measuring, model_names, progress
+from goalscope.cli.terminal import console, loading, model_names, progress
 
 if TYPE_CHECKING:
     from goalscope.models.torch.model import Transformers
@@ -164,7 +164,7 @@ def engine_of(model: str | None, device: str | None) -> Transformers:
     from goalscope.models.torch.model import Transformers
     from goalscope.models.torch.network import multiplies_bfloat16
 
-    with measuring("Loading the model"):
+    with loading():
         name = (model_names(model)["model"] or "").removeprefix("hf:") or embedded_path()
         on_processor = device in (None, "cpu") and not package("torch").cuda.is_available()
         dtype = "bfloat16" if on_processor and multiplies_bfloat16() else None

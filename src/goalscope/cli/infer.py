@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Annotated
 
 import typer
 
@@ -57,7 +57,7 @@ def infer(
     from goalscope.experiment.infer import infer as infer_dialogues
     from goalscope.experiment.infer import read_dialogues, trim_output
     from goalscope.experiment.locking import sole
-    from goalscope.models.opening import parts
+    from goalscope.models.opening import adapter_metadata
 
     if not out.absolute().parent.is_dir():
         raise InvalidInputError(
@@ -72,11 +72,10 @@ def infer(
     names = model_names(model, tokenizer=tokenizer, adapter=adapter)
     with opened_model(names) as engine:
         evidence = likelihood_for(chosen, engine)
-        scorer: Any = parts(engine)[1]
         settings = {
             "model": model_shown(engine.name),
-            "adapter": getattr(scorer, "adapter_metadata", {}).get("general.name"),
-            "weights": sha256(scorer.fingerprint.encode()).hexdigest()[:12],
+            "adapter": adapter_metadata(engine).get("general.name"),
+            "weights": sha256(engine.speaker.fingerprint.encode()).hexdigest()[:12],
             **own_identity(),
             "layout": evidence.layout if isinstance(evidence, RolePlay) else None,
             "calibration": json.loads(json.dumps(asdict(given or evidence.calibration))),

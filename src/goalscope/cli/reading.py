@@ -14,7 +14,7 @@ import typer
 from goalscope.base.types import InvalidInputError
 from goalscope.cli.options import Json, Model, ReadingAdapter, ReadingForm
 from goalscope.cli.tables import show_tables
-from goalscope.cli.terminal import console, measuring, model_names, progress
+from goalscope.cli.terminal import console, loading, model_names, progress
 
 if TYPE_CHECKING:
     from goalscope.experiment.reading_scores import Language, Line
@@ -75,7 +75,7 @@ def bench_reading(
     lines = chosen_lines(read_corpus(file), languages, bool(domain))
     if limit and limit < len(lines):
         lines = [lines[number * len(lines) // limit] for number in range(limit)]
-    with measuring("Loading the model"):
+    with loading():
         opened, taught = open_reader(model_names(model)["model"], adapter=adapter)
     readings: list[tuple[Line, Reading | None]] = []
     seconds: list[float] = []

@@ -22,7 +22,7 @@ from goalscope.cli.options import (
     Writer,
     calibration_file,
 )
-from goalscope.cli.terminal import console, measured_meanwhile, model_names, settings_model
+from goalscope.cli.terminal import console, model_names, settings_model
 
 if TYPE_CHECKING:
     from goalscope.models import OpenModel
@@ -127,8 +127,7 @@ def serve(
         settings = Settings(**model_names(model, generator, scorer, tokenizer, adapter), seed=seed)
         with (
             Store.open(store) as episodes,
-            settings_model(settings, measure=False) as engine,
-            measured_meanwhile(settings),
+            settings_model(settings) as engine,
         ):
             app = create_app(episodes, engine, settings)
             guarded = Guard(app, hosts=names | {*(name or ())}, key=key)
@@ -183,9 +182,8 @@ def mcp(
 
         @cache
         def engine() -> OpenModel:
-            return later.enter_context(settings_model(settings, measure=False))
+            return later.enter_context(settings_model(settings))
 
         if any(names.values()):
             engine()  # a wrong name fails now, not in the middle of a conversation
-        later.enter_context(measured_meanwhile(settings))
         create_server(Trackers(episodes, engine, settings)).run()

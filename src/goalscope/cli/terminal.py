@@ -2,9 +2,6 @@
 
 from __future__ import annotations
 
-import json
-import subprocess
-import sys
 import time
 from collections.abc import Callable, Generator, Mapping
 from contextlib import AbstractContextManager, contextmanager
@@ -16,14 +13,8 @@ if TYPE_CHECKING:
     from rich.status import Status
 
     from goalscope.agent.settings import Settings
-    from goalscope.models import OpenModel
+    from goalscope.models.opening import ModelSet
 
-_MEASURE = """\
-import json, signal, sys
-signal.signal(signal.SIGTERM, lambda *_: sys.exit(1))  # so that half a copy is deleted
-from goalscope.models.opening import open_model
-open_model(**json.loads(sys.argv[1])).close()
-"""
 
 LINES = 30.0
 """Minimum seconds between two lines of progress without a bar."""
@@ -85,83 +76,34 @@ def progress(what: str) -> Generator[Callable[[int, int], None]]:
         yield show
 
 
-@contextmanager
-def measuring(what: str) -> Generator[Callable[[str, float], None]]:
-    """A spinner that becomes a bar at the first report of a step and the share done."""
-    from rich.progress import Progress, SpinnerColumn
-
-    out = console(stderr=True)
-    with Progress(
-        SpinnerColumn(), *Progress.get_default_columns(), console=out, transient=True,
-        disable=not out.is_terminal,
-    ) as bar:  # fmt: skip
-        task = bar.add_task(what, total=None)
-
-        def report(step: str, share: float) -> None:
-            text = f"Measuring this machine, once: {step}"
-            if bar.disable and not share:
-                out.print(text)
-            bar.update(task, description=text, total=1.0, completed=share)
-
-        yield report
+def loading() -> Status:
+    """A spinner on standard error while a model is loaded."""
+    return console(stderr=True).status("Loading the model")
 
 
 @contextmanager
-def opened_model(names: Mapping[str, str | None], *, measure: bool = True) -> Generator[OpenModel]:
-    """Open a model by its `model_names`, close it at the end, and print the usage of servers.
+def opened_model(names: Mapping[str, str | None]) -> Generator[ModelSet]:
+    """Open a model by its `model_names`, close it at the end, and print the usage of servers."""
+    from goalscope.models.opening import open_model
 
-    Without `measure` (see `open_model`), somebody waits for an answer; see `measured_meanwhile`.
-    """
-    from goalscope.models.opening import open_model, parts
-
-    with measuring("Loading the model") as report:
-        engine = open_model(**names, report=report, measure=measure)
+    with loading():
+        engine = open_model(**names)
     try:
         yield engine
     finally:
         engine.close()
-        servers = [getattr(part, "server", None) for part in parts(engine)]
+        servers = [getattr(part, "server", None) for part in (engine.generator, engine.scorer)]
         for server in dict.fromkeys(filter(None, servers)):
             if server.usage.requests:
                 console(stderr=True).print(f"{server.url}: {server.usage}", style="dim")
 
 
-def settings_model(
-    settings: Settings, *, measure: bool = True
-) -> AbstractContextManager[OpenModel]:
+def settings_model(settings: Settings) -> AbstractContextManager[ModelSet]:
     """Open the model named by an episode's settings; see `opened_model`."""
     from goalscope.models.opening import MODEL_KEYS
 
     names = {key: getattr(settings, key) for key in MODEL_KEYS}
-    return opened_model(names, measure=measure)
-
-
-@contextmanager
-def measured_meanwhile(settings: Settings) -> Generator[None]:
-    """Measure in another process how a model runs fastest, for the next start.
-
-    It ends with the block at the latest.
-    """
-    from goalscope.models.opening import MODEL_KEYS, unmeasured
-
-    names = {key: getattr(settings, key) for key in MODEL_KEYS}
-    if not unmeasured(names):
-        yield
-        return
-    nothing = subprocess.DEVNULL
-    try:
-        measuring = subprocess.Popen(
-            [sys.executable, "-c", _MEASURE, json.dumps(names)],
-            stdin=nothing, stdout=nothing, stderr=nothing, start_new_session=True,
-        )  # fmt: skip
-    except OSError:  # no room for another process
-        yield
-        return
-    with measuring:
-        try:
-            yield
-        finally:
-            measuring.terminate()
+    return opened_model(names)
 
 
 def model_names(

@@ -12,7 +12,7 @@ from goalscope.datasets.goal_sets import goal_key
 from goalscope.experiment.baselines import bm25, embedding, outright, tfidf
 from goalscope.models import OpenModel
 from goalscope.models.adapters import FITTED_DIALOGUES, FITTED_GOALS
-from goalscope.models.opening import parts
+from goalscope.models.opening import adapter_metadata
 
 __all__ = ["measure_dialogue", "measure_evidence"]
 
@@ -63,7 +63,7 @@ def measure_dialogue(
         "bm25": bm25(case.goals, case.turns).tolist(),
         "embedding": embedding(case.goals, case.turns).tolist(),
     }
-    told = getattr(parts(model)[1], "adapter_metadata", {})
+    told = adapter_metadata(model)
     for name, key, own in (
         ("seen", FITTED_GOALS, goal_key(case.goals[case.truth].text)),
         ("learned", FITTED_DIALOGUES, said_key(case.turns)),

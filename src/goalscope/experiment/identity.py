@@ -6,7 +6,7 @@ import hashlib
 import importlib.metadata
 import json
 import os
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import asdict
 from functools import cache
 from pathlib import Path
@@ -15,8 +15,7 @@ from typing import Any, get_args
 import goalscope
 from goalscope.agent.settings import Domain, Settings
 from goalscope.base.types import Profile
-from goalscope.models import OpenModel
-from goalscope.models.opening import MODEL_KEYS, model_label, open_model
+from goalscope.models.opening import MODEL_KEYS, ModelSet, model_label, open_model
 
 __all__ = ["hashes_of", "identity_of", "opened", "own_identity", "person_of"]
 
@@ -30,23 +29,18 @@ _WORK = Path("experiment", "work.py")
 """The exception."""
 
 
-_open: dict[str, OpenModel] = {}
+_open: dict[str, ModelSet] = {}
 _fingerprints: dict[str, str] = {}
 
 
-def opened(
-    model: Mapping[str, Any], report: Callable[[str, float], object] | None = None
-) -> OpenModel:
-    """The model of a cell, kept open until another one is opened.
-
-    `report` is called with the progress of a first use, see `open_model`.
-    """
+def opened(model: Mapping[str, Any]) -> ModelSet:
+    """The model of a cell, kept open until another one is opened."""
     key = _key(model)
     if key not in _open:
         for other in list(_open):
             _open.pop(other).close()
         names: dict[str, Any] = {name: model.get(name) for name in MODEL_KEYS}
-        _open[key] = open_model(**names, report=report)
+        _open[key] = open_model(**names)
     return _open[key]
 
 

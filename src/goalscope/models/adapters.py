@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import logging
 import os
 import re
 from collections.abc import Mapping
@@ -14,24 +15,8 @@ import numpy as np
 import numpy.typing as npt
 
 from goalscope.base.types import ModelError
-from goalscope.models.llama.copies import GGUF
 
-__all__ = [
-    "FITTED_DIALOGUES",
-    "FITTED_GOALS",
-    "FITTED_LAYOUT",
-    "FITTED_SOURCES",
-    "FITTED_TASK",
-    "MODULES",
-    "NO_ADAPTER",
-    "Adapter",
-    "adapter_file",
-    "adapter_metadata",
-    "lost_adapters",
-    "read_adapter",
-    "shipped",
-    "write_adapter",
-]
+logging.getLogger("gguf").setLevel(logging.WARNING)
 
 _BLOCK = 32
 """Numbers of a row that share one scale in Q8_0."""
@@ -94,6 +79,19 @@ class Adapter:
     rank: int
     alpha: float
     metadata: Mapping[str, str] = field(default_factory=dict[str, str])
+
+
+class GGUF(gguf.GGUFReader):
+    """A GGUF file; one that ends too early is refused."""
+
+    def _get(
+        self, offset: int, dtype: Any, count: int = 1, override_order: Any = None
+    ) -> npt.NDArray[Any]:
+        self.data: Any = np.asarray(self.data)  # a plain view: a memmap's own slices are slow
+        values = super()._get(offset, dtype, count, override_order)
+        if len(values) < count:  # a list would be read without end
+            raise ValueError("it ends too early")
+        return values
 
 
 def shipped(name: str = "general") -> Path | None:

@@ -7,13 +7,11 @@ import time
 from typing import Any
 
 from goalscope.base.types import GoalscopeError, Message
-from goalscope.models import OpenModel
+from goalscope.models import Model
 from goalscope.models.adapters import NO_ADAPTER
 from goalscope.models.local import LocalModel
-from goalscope.models.opening import parts
+from goalscope.models.opening import ModelSet
 from goalscope.models.scoring import TokenScorer
-
-__all__ = ["check"]
 
 _CHAT = [Message("system", "You help a customer."), Message("user", "What do you sell?")]
 _SCHEMA = {
@@ -24,16 +22,18 @@ _SCHEMA = {
 }
 
 
-def check(model: OpenModel) -> tuple[dict[str, Any], list[str]]:
+def check(model: Model) -> tuple[dict[str, Any], list[str]]:
     """Test that a model writes, keeps to a JSON schema, and scores consistently.
 
     Returns:
         The findings by name, and the problems; a sound model has none.
     """
-    writer, scorer = parts(model)
+    speaker, generator = (
+        (model.speaker, model.generator) if isinstance(model, ModelSet) else (model, model)
+    )
     found: dict[str, Any] = {}
     problems: list[str] = []
-    for attempt, part in ((_try_scoring, scorer), (_try_writing, writer)):
+    for attempt, part in ((_try_scoring, speaker), (_try_writing, generator)):
         try:
             attempt(part, found, problems)
         except GoalscopeError as error:

@@ -14,20 +14,17 @@ import numpy as np
 
 from goalscope.base.types import Message, ModelError
 from goalscope.models import CLOSED, Array, Completion, unfinished_json
-from goalscope.models.llama.native import Weights
 from goalscope.models.llama.sampling import (
     Grammar,
     LlamaGrammar,
     LLGuidanceGrammar,
     Logits,
     choose,
-    gguf_vocabulary,
     log_prob,
 )
+from goalscope.models.llama.weights import Weights
 from goalscope.models.reasoning import answer_of, opens_thought
 from goalscope.models.scoring import TokenScorer
-
-__all__ = ["LocalModel", "synchronized"]
 
 _SUREST = 99.0
 """Nats by which a token leads at most: all, where the grammar allows no other."""
@@ -143,10 +140,9 @@ class LocalModel(TokenScorer):
         self._guide = self._guide or self.guide()
         return LLGuidanceGrammar(self._guide, rules)
 
+    @abstractmethod
     def guide(self) -> Any:
         """The tokens as an `llguidance.LLTokenizer`."""
-        assert self.vocabulary is not None
-        return gguf_vocabulary(self.vocabulary)
 
     @synchronized
     def generate(

@@ -4,20 +4,24 @@ from __future__ import annotations
 
 import os
 import re
-from collections.abc import Callable, Mapping, Sequence
-from contextlib import ExitStack
-from functools import cache, partial
+from collections.abc import Mapping, Sequence
+from contextlib import ExitStack, closing
+from functools import cache
 from pathlib import Path
-from typing import Any, cast
+from typing import Any
 
 from goalscope.base.types import InvalidInputError, Message, ModelError
-from goalscope.models import Array, Completion, OpenGenerator, OpenModel, OpenScorer
+from goalscope.models import (
+    Array,
+    Completion,
+    OpenGenerator,
+    OpenModel,
+    OpenScorer,
+)
 from goalscope.models.adapters import FITTED_TASK, NO_ADAPTER, adapter_file, shipped
-from goalscope.models.cache import CachedModel
 from goalscope.models.chat import ChatTokenizer
-
-__all__ = ["MODEL_KEYS", "ModelSet"]
-__all__ += ["forget", "model_label", "open_model", "open_reader", "parts", "unmeasured"]
+from goalscope.models.local import LocalModel
+from goalscope.models.scoring import TokenScorer
 
 MODEL_KEYS = ("model", "generator", "scorer", "tokenizer", "adapter")
 """The arguments of `open_model` that identify the model."""
@@ -26,9 +30,9 @@ _ADAPTER_FILE = r"[/\\]adapter\.gguf$"  # says less than the folder's name
 
 
 class ModelSet:
-    """A model that writes combined with one that scores (the paper's GPT-4o-mini and Llama 3).
+    """The models of an agent by their roles (the paper's are GPT-4o-mini and Llama 3).
 
-    A text fits if it fits both.
+    A text fits if it fits both the one that writes and the one that scores.
 
     Attributes:
         generator: Writes.
@@ -37,6 +41,7 @@ class ModelSet:
         reader: Reads utterances: the generator, optionally with an adapter.
         taught: Whether the reader has an adapter.
         writer: Proposes goals, needs and questions with an adapter; None without one.
+        roles: The models without repetition.
     """
 
     def __init__(
@@ -47,19 +52,19 @@ class ModelSet:
         speaker: OpenScorer | None = None,
         reader: OpenGenerator | None = None,
         writer: OpenModel | None = None,
-        one_tokenizer: bool = False,
     ) -> None:
-        """Take them; `one_tokenizer` says that they count a text's tokens alike."""
+        """Take them."""
         self.generator, self.scorer, self.speaker = generator, scorer, speaker or scorer
         self.reader, self.taught = reader or generator, reader is not None
         self.writer = writer
-        self._one_tokenizer = one_tokenizer
+        self._is_one_model = id(generator) == id(scorer)
+        used = [generator, scorer, self.speaker, self.reader, *([writer] if writer else [])]
+        self.roles: list[OpenGenerator | OpenScorer] = list({id(m): m for m in used}.values())
 
     @property
     def name(self) -> str:
-        """Both names, or the one of both."""
-        names = dict.fromkeys((self.generator.name, self.scorer.name))
-        return " and ".join(names)
+        """The names of the one that writes and the one that scores."""
+        return " and ".join(dict.fromkeys((self.generator.name, self.scorer.name)))
 
     @property
     def context_size(self) -> int:
@@ -69,10 +74,7 @@ class ModelSet:
     @property
     def fingerprint(self) -> str:
         """Of all."""
-        used = [self.generator.fingerprint, self.scorer.fingerprint]
-        used += [] if self.speaker is self.scorer else [self.speaker.fingerprint]
-        used += [self.reader.fingerprint] if self.taught else []
-        return " ".join([*used, *([self.writer.fingerprint] if self.writer else [])])
+        return " ".join(model.fingerprint for model in self.roles)
 
     @property
     def takes_grammar(self) -> bool:
@@ -82,7 +84,9 @@ class ModelSet:
     def count_tokens(self, messages: Sequence[Message]) -> int:
         """The larger of both counts."""
         count = self.scorer.count_tokens(messages)
-        return count if self._one_tokenizer else max(self.generator.count_tokens(messages), count)
+        if self._is_one_model:
+            return count
+        return max(self.generator.count_tokens(messages), count)
 
     def generate(
         self,
@@ -118,45 +122,27 @@ class ModelSet:
 
     def describe(self) -> str:
         """One line on all."""
-        both = f"writes: {self.generator.describe()}; scores: {self.scorer.describe()}"
+        parts = [f"writes: {self.generator.describe()}", f"scores: {self.scorer.describe()}"]
+        if self._is_one_model:
+            parts = [self.scorer.describe()]
         if self.speaker is not self.scorer:
-            both += f"; scores what people say: {self.speaker.describe()}"
-        both += f"; reads: {self.reader.describe()}" if self.taught else ""
-        return (
-            f"{both}; proposes, plans and asks: {self.writer.describe()}" if self.writer else both
-        )
-
-    @property
-    def parts(self) -> list[OpenGenerator | OpenScorer]:
-        """All different models that it is made of."""
-        used = [self.generator, self.scorer, self.speaker, self.reader, self.writer]
-        return list({id(each): each for each in used if each is not None}.values())
+            parts.append(f"scores what people say: {self.speaker.describe()}")
+        if self.taught:
+            parts.append(f"reads: {self.reader.describe()}")
+        if self.writer:
+            parts.append(f"proposes, plans and asks: {self.writer.describe()}")
+        return "; ".join(parts)
 
     def close(self) -> None:
         """Close all."""
-        for part in self.parts:
-            part.close()
+        for model in self.roles:
+            model.close()
 
 
-def unmeasured(names: Mapping[str, str | None]) -> bool:
-    """Whether `open_model` with these `MODEL_KEYS` would first measure a file for a minute."""
-    from goalscope.models.llama.model import embedded_path, processors
-    from goalscope.models.llama.tune import waits
-
-    used = {names.get(key) or names.get("model") for key in ("generator", "scorer")}
-    files = (Path(name) if name else embedded_path() for name in used)
-    return any(waits(file, processors()) for file in files if file.suffix == ".gguf")
-
-
-def parts(model: OpenModel) -> tuple[OpenGenerator, OpenScorer]:
-    """What writes and what scores the words of people, without any cache around them."""
-    writer, scorer = (
-        (model.generator, model.speaker) if isinstance(model, ModelSet) else (model, model)
-    )
-    return (
-        writer.model if isinstance(writer, CachedModel) else writer,
-        scorer.model if isinstance(scorer, CachedModel) else scorer,
-    )
+def adapter_metadata(model: object) -> Mapping[str, str]:
+    """The text metadata of the adapter with which a model scores utterances; empty without one."""
+    scorer = model.speaker if isinstance(model, ModelSet) else model
+    return scorer.adapter_metadata if isinstance(scorer, LocalModel) else {}
 
 
 def forget(model: object) -> None:
@@ -165,13 +151,9 @@ def forget(model: object) -> None:
     The state of the cache decides which tokens are computed together, and so how sums are rounded:
     with 8-bit and 16-bit weights, log-probabilities vary by up to 0.1 nat.
     """
-    if isinstance(model, ModelSet):
-        for part in model.parts:
-            forget(part)
-    elif isinstance(model, CachedModel):
-        forget(model.model)
-    elif clear := getattr(model, "clear_cache", None):
-        clear()
+    for part in model.roles if isinstance(model, ModelSet) else [model]:
+        if isinstance(part, TokenScorer):
+            part.clear_cache()
 
 
 def model_label(names: Mapping[str, Any]) -> str:
@@ -191,10 +173,7 @@ def open_model(
     scorer: str | Path | None = None,
     tokenizer: str | Path | None = None,
     adapter: str | Path | None = None,
-    calls: str | Path | None = None,
-    report: Callable[[str, float], object] | None = None,
-    measure: bool = True,
-) -> OpenModel:
+) -> ModelSet:
     """Open one model that writes and scores, or one for each.
 
     A model is named by
@@ -213,56 +192,35 @@ def open_model(
         adapter: GGUF file or folder of a LoRA adapter for scoring utterances (`ModelSet.speaker`).
             "none" for none; by default, the one that ships with goalscope if the embedded model
             scores. (For reading, the embedded model always uses its own adapter.)
-        calls: Cache file for all calls and answers; see `CachedModel`.
-        report: Called with the progress of a first use; see `LlamaCpp`.
-        measure: Whether a first use measures how a file runs fastest on this machine, which takes
-            up to a minute; else it runs as it is, about half as fast.
 
     Raises:
         ModelError: A model, an adapter or a package is missing, or a file is damaged.
         InvalidInputError: A name is neither a text nor a path, or an adapter is named for a server.
     """
-    given: dict[str, object] = dict(
-        zip(MODEL_KEYS, (model, generator, scorer, tokenizer, adapter), strict=True), calls=calls
-    )
-    for key, name in given.items():
-        if not isinstance(name, str | Path | None):
+    given = (model, generator, scorer, tokenizer, adapter)
+    names: dict[str, object] = dict(zip(MODEL_KEYS, given, strict=True))
+    for key, name in names.items():
+        if name is not None and not isinstance(name, str | Path):
             raise InvalidInputError(f"{key} must be a text or a Path, not {name!r}.")
     writes, scores = generator or model, scorer or model
     adapted = _adapter(adapter, scores)
-    local = partial(_local, report=report, measure=measure)
     with ExitStack() as opened:
+        writing: OpenGenerator
+        scoring: OpenScorer
+        if writes == scores and not _is_address(writes):
+            both = opened.enter_context(closing(_local(writes)))
+            writing, scoring = both, both
+        else:
+            writing = opened.enter_context(closing(_generator(writes, tokenizer)))
+            scoring = opened.enter_context(closing(_scorer(scores, tokenizer)))
 
-        def kept(part: OpenGenerator | OpenScorer) -> OpenModel:
-            """With its calls kept, where they are; it then still has only its own methods."""
-            opened.callback(part.close)
-            return cast("OpenModel", CachedModel(part, calls) if calls else part)
+        def with_adapter(model: object, name: str | Path | None, file: Path) -> OpenModel:
+            return opened.enter_context(closing(_adapted(model, name, file)))
 
-        one_file = writes == scores and not _is_address(writes)
-        writing = kept(
-            _served_generator(str(writes), tokenizer) if _is_address(writes) else local(writes)
-        )
-        scoring = writing
-        if not one_file:
-            scoring = kept(
-                _served_scorer(str(scores), tokenizer) if _is_address(scores) else local(scores)
-            )
-        speaking = kept(local(scores, adapter=adapted)) if adapted else scoring
-        taught = shipped("reader") if writes is None else None
-        reading = kept(local(writes, adapter=taught, merge=True)) if taught else None
-        planning = kept(local(writes, adapter=shipped("writer"), merge=True)) if taught else None
-        result = (
-            writing
-            if speaking is writing and not reading
-            else ModelSet(
-                writing,
-                scoring,
-                speaker=speaking,
-                reader=reading,
-                writer=planning,
-                one_tokenizer=one_file,
-            )
-        )
+        files = [shipped(name) if writes is None else None for name in ("reader", "writer")]
+        reading, proposing = (file and with_adapter(writing, writes, file) for file in files)
+        speaking = with_adapter(scoring, scores, adapted) if adapted else None
+        result = ModelSet(writing, scoring, speaker=speaking, reader=reading, writer=proposing)
         opened.pop_all()
     return result
 
@@ -283,7 +241,6 @@ def open_reader(
     model: str | Path | None = None,
     *,
     adapter: str | Path | None = None,
-    report: Callable[[str, float], object] | None = None,
 ) -> tuple[OpenGenerator, bool]:
     """Open the model that reads, and return whether it was fitted for it (see `Reader`).
 
@@ -291,7 +248,6 @@ def open_reader(
         model: As of `open_model`.
         adapter: GGUF file or folder of an adapter fitted for reading; "none" for none; by default,
             the one that ships with goalscope, for the embedded model.
-        report: See `open_model`.
 
     Raises:
         ModelError: The model or the adapter is missing or broken.
@@ -299,11 +255,11 @@ def open_reader(
     """
     if _is_address(model):
         _adapter(adapter or NO_ADAPTER, model)
-        return _served_generator(str(model), None), False
+        return _generator(model, None), False
     given = None if adapter in (None, NO_ADAPTER) else _adapter(adapter, model)
     file = given or (shipped("reader") if model is None and adapter is None else None)
-    opened = _local(model, report=report, adapter=file, merge=True)
-    taught = getattr(opened, "adapter_metadata", {}).get(FITTED_TASK) == "writing"
+    opened = _local(model, adapter=file)
+    taught = adapter_metadata(opened).get(FITTED_TASK) == "writing"
     if given and not taught:
         opened.close()
         raise InvalidInputError(
@@ -341,14 +297,16 @@ def _adapter(adapter: str | Path | None, scores: str | Path | None) -> Path | No
     return adapter_file(adapter)
 
 
-def _local(
-    name: str | Path | None,
-    *,
-    adapter: Path | None = None,
-    merge: bool = False,
-    report: Callable[[str, float], object] | None = None,
-    measure: bool = True,
-) -> OpenModel:
+def _adapted(model: object, name: str | Path | None, adapter: Path) -> OpenModel:
+    """The same model with an adapter; weights that llama.cpp runs are in memory only once."""
+    from goalscope.models.llama.model import LlamaCpp
+
+    if isinstance(model, LlamaCpp):
+        return LlamaCpp(model.path, adapter=adapter, sharing=model)
+    return _local(name, adapter=adapter)
+
+
+def _local(name: str | Path | None, *, adapter: Path | None = None) -> OpenModel:
     text = str(name or "")
     if text.startswith("hf:") or os.path.isfile(Path(text, "config.json")):
         from goalscope.models.torch.model import Transformers
@@ -362,21 +320,25 @@ def _local(
         )
     from goalscope.models.llama.model import LlamaCpp
 
-    return LlamaCpp(name, adapter=adapter, merge=merge, report=report, measure=measure)
+    return LlamaCpp(name, adapter=adapter)
 
 
-def _served_generator(address: str, tokenizer: str | Path | None) -> OpenGenerator:
+def _generator(name: str | Path | None, tokenizer: str | Path | None) -> OpenGenerator:
+    if not _is_address(name):
+        return _local(name)
     from goalscope.models.served.client import Server
     from goalscope.models.served.generator import ServedGenerator
 
-    return ServedGenerator(Server(address), _tokenizer(str(tokenizer)) if tokenizer else None)
+    return ServedGenerator(Server(str(name)), _tokenizer(str(tokenizer)) if tokenizer else None)
 
 
-def _served_scorer(address: str, tokenizer: str | Path | None) -> OpenScorer:
+def _scorer(name: str | Path | None, tokenizer: str | Path | None) -> OpenScorer:
+    if not _is_address(name):
+        return _local(name)
     from goalscope.models.served.client import Server
     from goalscope.models.served.scorer import ServedScorer
 
-    server = Server(address)
+    server = Server(str(name))
     try:
         home = str(tokenizer or server.facts.get("root") or server.model)
     except ModelError:
@@ -401,9 +363,9 @@ def _served_scorer(address: str, tokenizer: str | Path | None) -> OpenScorer:
 
 def _tokenizer(name: str) -> ChatTokenizer:
     if name.endswith(".gguf"):
-        from goalscope.models.llama.native import Weights
+        from goalscope.models.llama.weights import Weights
 
-        return Weights(Path(name), vocabulary_only=True).chat_tokenizer()
+        return Weights(Path(name), vocabulary_only=True).chat_tokenizer
     from goalscope.models.hf_tokenizer import chat_tokenizer
 
     return chat_tokenizer(name.removeprefix("hf:"))

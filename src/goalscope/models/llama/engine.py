@@ -5,10 +5,11 @@ from __future__ import annotations
 import ctypes
 import importlib.metadata
 import importlib.util
-import logging
 import os
+import platform
 import sys
 from collections.abc import Mapping
+from contextlib import suppress
 from ctypes import (
     POINTER,
     Structure,
@@ -26,12 +27,7 @@ from functools import lru_cache
 from pathlib import Path
 from typing import Any
 
-from goalscope.base.types import InvalidInputError, ModelError
-
-__all__ = ["ALL_F32", "CONTROL", "USER_DEFINED", "Batch", "Candidate", "Candidates", "Engine"]
-__all__ += ["NATIVE", "READY", "Package", "engine"]
-
-log = logging.getLogger(__name__)
+from goalscope.base.types import ModelError
 
 ALL_F32 = 0
 """The type of a file whose weights are all F32."""
@@ -65,7 +61,7 @@ _MODEL: _Settings = (
     ("check_tensors", c_bool, False),
     ("use_extra_bufts", c_bool, True),
 )
-_CONTEXT_BEFORE: _Settings = (
+_CONTEXT: _Settings = (
     ("n_ctx", c_uint32, 512),
     ("n_batch", c_uint32, 2048),
     ("n_ubatch", c_uint32, 512),
@@ -92,9 +88,7 @@ _CONTEXT_BEFORE: _Settings = (
     ("cb_eval_user_data", c_void_p, None),
     ("type_k", c_int32, 1),
     ("type_v", c_int32, 1),
-)
-_LATER: _Settings = (("moe_cache_size", c_size_t, 0),)  # of newer versions, in between
-_CONTEXT_AFTER: _Settings = (
+    ("moe_cache_size", c_size_t, 0),
     ("abort_callback", c_void_p, None),
     ("abort_callback_data", c_void_p, None),
     ("embeddings", c_bool, False),
@@ -111,11 +105,7 @@ class _ModelParams(Structure):
 
 
 class _ContextParams(Structure):
-    _fields_ = _fields(_CONTEXT_BEFORE + _CONTEXT_AFTER)
-
-
-class _LaterContextParams(Structure):
-    _fields_ = _fields(_CONTEXT_BEFORE + _LATER + _CONTEXT_AFTER)
+    _fields_ = _fields(_CONTEXT)
 
 
 class Batch(Structure):
@@ -153,11 +143,13 @@ _P, _I, _TEXT = c_void_p, c_int32, c_char_p
 _FUNCTIONS: Mapping[str, tuple[Any, tuple[Any, ...]]] = {
     "adapter_lora_init": (_P, (_P, _TEXT)),
     "backend_init": (None, ()),
+    "context_default_params": (_ContextParams, ()),
     "decode": (_I, (_P, Batch)),
     "free": (None, (_P,)),
     "ftype_name": (_TEXT, (_I,)),
     "get_logits": (POINTER(c_float), (_P,)),
     "get_memory": (_P, (_P,)),
+    "init_from_model": (_P, (_P, _ContextParams)),
     "log_set": (None, (_P, _P)),
     "memory_clear": (None, (_P, c_bool)),
     "memory_seq_cp": (None, (_P, _I, _I, _I, _I)),
@@ -181,7 +173,6 @@ _FUNCTIONS: Mapping[str, tuple[Any, tuple[Any, ...]]] = {
     "n_ctx_seq": (c_uint32, (_P,)),
     "n_seq_max": (c_uint32, (_P,)),
     "n_threads": (_I, (_P,)),
-    "print_system_info": (_TEXT, ()),
     "sampler_accept": (None, (_P, _I)),
     "sampler_apply": (None, (_P, POINTER(Candidates))),
     "sampler_free": (None, (_P,)),
@@ -250,20 +241,15 @@ class Package:
         # The logger is a C function that does nothing: a Python one could swallow a Ctrl-C.
         lib.llama_log_set(ctypes.cast(lib.llama_supports_mmap, c_void_p), None)
         lib.llama_backend_init()
-        return Engine(self, version, lib)
+        return Engine(f"{self.name} {version}", lib)
 
 
-_FILES = ("libllama.so", "libllama.dylib", "llama.dll")
-
-NATIVE = Package("llama-cpp-python", "llama_cpp", "0.3.36", tuple(f"lib/{name}" for name in _FILES))
-"""Compiled for this processor when it was installed."""
-
-READY = (
-    Package("llama-cpp-py-sync", "llama_cpp_py_sync", "0.11739", _FILES)
+PACKAGE = (
+    Package("llama-cpp-py-sync", "llama_cpp_py_sync", "0.11739", ("llama.dll",))
     if sys.platform == "win32"
     else Package("xllamacpp", "xllamacpp", "2026.10.11549", ("xllamacpp*.so",))
 )
-"""Compiled by its authors for most processors."""
+"""The one for this platform, prebuilt for all its processors."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -271,52 +257,39 @@ class Engine:
     """llama.cpp, loaded.
 
     Attributes:
-        package: What brought it.
-        version: Of the package.
+        name: The package that it comes from, and its version.
         lib: Its functions, by their names in C.
     """
 
-    package: Package
-    version: str
+    name: str
     lib: Any
-
-    @property
-    def name(self) -> str:
-        """Package and version."""
-        return f"{self.package.name} {self.version}"
 
 
 @lru_cache(maxsize=1)
 def engine() -> Engine:
-    """The engine of this process: the one compiled on this machine, if installed.
-
-    `GOALSCOPE_ENGINE` "ready" selects the prebuilt engine, "native" the compiled one.
+    """The engine of this process.
 
     Raises:
-        InvalidInputError: `GOALSCOPE_ENGINE` is something else.
-        ModelError: There is none that can be loaded.
+        ModelError: It cannot be loaded.
     """
     # Busy waiting makes two processes on the same cores lock each other out.
     os.environ.setdefault("OMP_WAIT_POLICY", "passive")
-    choices = {"": (NATIVE, READY), "native": (NATIVE,), "ready": (READY,)}
-    choice = os.environ.get("GOALSCOPE_ENGINE", "")
-    if choice not in choices:
-        raise InvalidInputError(
-            f"GOALSCOPE_ENGINE must be native or ready, or unset, not {choice!r}."
-        )
-    troubles: list[str] = []
-    for package in choices[choice]:
-        try:
-            return package.load()
-        except ModelError as error:
-            troubles.append(str(error))
-            if package.library:
-                log.warning("%s; `goalscope doctor` says which engine runs instead.", error)
-    raise ModelError(
-        f"No language model engine is available: {'; '.join(troubles)}. Run `pip install "
-        "goalscope` again, or `pip install goalscope[native]` to compile one. On Linux the "
-        "prebuilt engine needs libgomp (Debian's package libgomp1)."
-    )
+    try:
+        return PACKAGE.load()
+    except ModelError as error:
+        raise ModelError(
+            f"The language model engine is missing: {error}. Run `pip install goalscope` again. "
+            "On Linux it needs libgomp (Debian's package libgomp1)."
+        ) from None
+
+
+def processor() -> str:
+    """The processor's name, as the system gives it."""
+    with suppress(OSError):
+        for line in Path("/proc/cpuinfo").read_text(encoding="utf-8").splitlines():
+            if line.startswith("model name"):
+                return line.partition(":")[2].strip()
+    return platform.processor() or platform.machine()
 
 
 def _declared(lib: Any) -> bool:
@@ -324,18 +297,11 @@ def _declared(lib: Any) -> bool:
     for name, (result, arguments) in _FUNCTIONS.items():
         function = getattr(lib, f"llama_{name}")
         function.restype, function.argtypes = result, arguments
-    layouts = {
-        _ContextParams: _CONTEXT_BEFORE + _CONTEXT_AFTER,
-        _LaterContextParams: _CONTEXT_BEFORE + _LATER + _CONTEXT_AFTER,
-    }
-    for layout, settings in layouts.items():
-        lib.llama_context_default_params.restype = layout
-        if _is_new(lib.llama_context_default_params(), settings):
-            lib.llama_init_from_model.restype = c_void_p
-            lib.llama_init_from_model.argtypes = (c_void_p, layout)
-            return _is_new(lib.llama_model_default_params(), _MODEL)
-    return False
-
-
-def _is_new(params: Structure, settings: _Settings) -> bool:
-    return all(getattr(params, name) == value for name, _, value in settings)
+    return all(
+        getattr(params, name) == value
+        for params, settings in (
+            (lib.llama_context_default_params(), _CONTEXT),
+            (lib.llama_model_default_params(), _MODEL),
+        )
+        for name, _, value in settings
+    )

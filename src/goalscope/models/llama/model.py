@@ -4,27 +4,25 @@ from __future__ import annotations
 
 import hashlib
 import os
+import time
 import weakref
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from importlib.util import find_spec
 from itertools import chain
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
 from goalscope.base.types import Message, ModelError
 from goalscope.models import Array
 from goalscope.models.adapters import adapter_metadata
-from goalscope.models.llama.copies import merged
-from goalscope.models.llama.engine import Engine
-from goalscope.models.llama.native import DOWNLOAD_AGAIN, MAX_PATHS, KVCache, Weights
-from goalscope.models.llama.sampling import Logits, log_prob
+from goalscope.models.llama.engine import engine
+from goalscope.models.llama.sampling import Logits, gguf_vocabulary, log_prob
 from goalscope.models.llama.trie import Trie
-from goalscope.models.llama.tune import prompt_seconds, split_files, tuned
+from goalscope.models.llama.weights import DOWNLOAD_AGAIN, MAX_PATHS, KVCache, Weights
 from goalscope.models.local import LocalModel, synchronized
 from goalscope.models.scoring import Pair
-
-__all__ = ["EMBEDDED", "LlamaCpp", "embedded_path", "processors"]
 
 EMBEDDED = "HuggingFaceTB/SmolLM2-135M-Instruct"
 """The embedded model's name on the hub."""
@@ -42,7 +40,8 @@ class LlamaCpp(LocalModel):
     """A GGUF model that writes and scores; see `LocalModel`.
 
     Attributes:
-        tuning: The loaded file and its settings.
+        path: The GGUF file.
+        threads: Threads that read a prompt.
     """
 
     def __init__(
@@ -50,67 +49,48 @@ class LlamaCpp(LocalModel):
         path: str | Path | None = None,
         *,
         adapter: str | Path | None = None,
-        merge: bool = False,
         context_size: int = 4096,
         threads: int | None = None,
-        report: Callable[[str, float], object] | None = None,
-        measure: bool = True,
+        sharing: LlamaCpp | None = None,
     ) -> None:
         """Load a model.
 
         Args:
             path: GGUF file; the embedded SmolLM2-135M-Instruct if None.
             adapter: GGUF file of a LoRA adapter for it, as `goalscope fit` makes them.
-            merge: Whether to use an 8-bit copy of the weights merged with the adapter, which writes
-                twice as fast; only for files tuned for this machine.
             context_size: Maximum number of tokens of a prompt with its answer, up to the model's
                 trained context.
             threads: Maximum number of threads; that of the available processors if None.
-            report: Called with the step and the share done while the first use of a file tunes it.
-            measure: Whether the first use of a file tunes it; else it runs as it is.
+            sharing: A model of the same file, whose weights in memory serve this one too.
 
         Raises:
             ModelError: The file is missing or not a complete chat model, or the engine is missing.
         """
         super().__init__()
-        source = Path(path) if path is not None else embedded_path()
-        self.tuning = tuned(source, threads or processors(), report, measure)
+        self.path = Path(path) if path is not None else embedded_path()
+        self.threads = threads or processors()
         self.adapter = Path(adapter) if adapter is not None else None
-        whole = self._merged() if merge else None
-        self._weights = Weights(whole or self.tuning.path, remedy=self.remedy)
-        if self.adapter is not None and not whole:
-            self._weights.adapt(self.adapter)
-        self.adapter_metadata = adapter_metadata(self.adapter) if self.adapter else {}
+        shared = sharing.vocabulary if sharing else Weights(self.path, remedy=self.remedy)
+        self._weights = shared.share()
         if self._weights.is_recurrent:
             raise ModelError(
-                f"{source} has recurrent layers, which are not supported by this engine. Run "
+                f"{self.path} has recurrent layers, which are not supported by this engine. Run "
                 "it with Transformers (hf:NAME) or on a server."
             )
-        self._caches = [KVCache(self._weights, self.tuning.running) for _ in range(_CACHES)]
+        self._caches = [KVCache(self._weights, self.threads, self.adapter) for _ in range(_CACHES)]
         self._free = weakref.finalize(self, _free, self._weights, self._caches)
-        self.name = self._weights.metadata("general.name") or source.stem
+        self.adapter_metadata = adapter_metadata(self.adapter) if self.adapter else {}
+        self.name = self._weights.metadata("general.name") or self.path.stem
         trained: int = self._weights.lib.llama_model_n_ctx_train(self._weights.model)
         self._context_size = min(context_size, trained)
-        self.tokenizer = self._weights.chat_tokenizer()
+        self.tokenizer = self._weights.chat_tokenizer
         self._writing = self._caches[0]
         self._logits = np.empty(self._weights.vocab_size, np.float32)
-
-    def _merged(self) -> Path | None:
-        """A copy of the weights with the adapter in them; None where there can be none."""
-        if self.adapter is None or self.path == self.tuning.source:
-            return None  # there is no folder of our own
-        try:
-            return merged(self.path, self.adapter, self.path.parent)
-        except (OSError, ModelError):
-            return None
 
     @property
     def remedy(self) -> str:
         """See `LocalModel.remedy`."""
-        if self.tuning.path != self.tuning.source:
-            return f"Delete the copies in {self.tuning.path.parent}; goalscope recreates them."
-        is_own = self.tuning.source == embedded_path()
-        return "Reinstall goalscope." if is_own else DOWNLOAD_AGAIN
+        return "Reinstall goalscope." if self.path == embedded_path() else DOWNLOAD_AGAIN
 
     @property
     def context_size(self) -> int:
@@ -123,11 +103,6 @@ class LlamaCpp(LocalModel):
         return self._weights
 
     @property
-    def path(self) -> Path:
-        """The GGUF file that was loaded: the given one, or a faster copy of it."""
-        return self.tuning.path
-
-    @property
     def parameters(self) -> int:
         """Number of the model's weights."""
         return int(self._weights.lib.llama_model_n_params(self._weights.model))
@@ -138,11 +113,6 @@ class LlamaCpp(LocalModel):
         return sum(cache.tokens_decoded for cache in self._caches)
 
     @property
-    def engine(self) -> Engine:
-        """The engine that runs it."""
-        return self._weights.engine
-
-    @property
     def weight_type(self) -> str:
         """Type of most weights, such as "BF16"."""
         return self._weights.type_name
@@ -150,23 +120,22 @@ class LlamaCpp(LocalModel):
     @property
     def fingerprint(self) -> str:
         """The content of the file, all its parts and its adapter, and the engine's version."""
-        digests: list[str] = []
-        for part in [*split_files(self.path), *([self.adapter] if self.adapter else [])]:
-            with part.open("rb") as file:
-                digests.append(hashlib.file_digest(file, "sha256").hexdigest())
-        merged = " merged" if self._weights.path != self.path else ""
-        return f"{' '.join(digests)}{merged} {self.engine.name}"
+        adapter = [hashlib.sha256(self.adapter.read_bytes()).hexdigest()] if self.adapter else []
+        return " ".join([self._weights.digest, *adapter, engine().name])
 
     @synchronized
     def describe(self) -> str:
         """One line on what is loaded."""
-        how = self.tuning.running
-        tuned = ", tuned for this machine" if self.tuning.trials else ""
         return (
             f"{self.name} ({self.parameters / 1e6:.0f}M weights, {self.weight_type}, "
-            f"{how.threads} threads, batches of {how.batch}{tuned}) "
-            f"from {self.path}{f' with {self.adapter}' if self.adapter else ''}"
+            f"{self.threads} threads) from {self.path}"
+            f"{f' with {self.adapter}' if self.adapter else ''}"
         )
+
+    def guide(self) -> Any:
+        """See `LocalModel.guide`; models that share weights share it."""
+        self._weights.guide = self._weights.guide or gguf_vocabulary(self._weights)
+        return self._weights.guide
 
     @synchronized
     def clear_cache(self) -> None:
@@ -197,19 +166,24 @@ class LlamaCpp(LocalModel):
         return self._logits
 
     @synchronized
-    def prompt_seconds(
-        self, tokens: int = 512, *, scored: int = 0, by: Engine | None = None
-    ) -> float:
+    def prompt_seconds(self, tokens: int = 512, *, scored: int = 0) -> float:
         """Time to read one prompt with an empty cache, and to score its last `scored` tokens.
 
-        By another engine it is that of the weights without an adapter.
+        It is the shorter of two times, after one to warm up.
         """
-        weights = Weights(self.path, by=by) if by else self._weights
+        cache, trie = KVCache(self._weights, self.threads, self.adapter), Trie()
+        times: list[float] = []
+        trie.add([(1000 + i % 1000) % self._weights.vocab_size for i in range(tokens)])
+        wanted = set(range(tokens - scored, tokens))
         try:
-            return prompt_seconds(weights, self.tuning.running, tokens, scored=scored)
+            for _ in range(3):
+                cache.clear()
+                start = time.perf_counter()
+                cache.load(trie, wanted, lambda node, row: log_prob(row, 0))
+                times.append(time.perf_counter() - start)
         finally:
-            if by:
-                weights.free()
+            cache.free()
+        return min(times[1:])
 
     @synchronized
     def score(self, pairs: Sequence[Pair]) -> list[Array]:
@@ -319,7 +293,7 @@ def processors() -> int:
 def _free(weights: Weights, caches: Sequence[KVCache]) -> None:
     for cache in caches:
         cache.free()
-    weights.free()
+    weights.release()
 
 
 def embedded_path() -> Path:

@@ -13,10 +13,7 @@ import numpy.typing as npt
 
 from goalscope.base.types import ModelError, UnreadableAnswerError
 from goalscope.models.llama.engine import Candidate, Candidates
-from goalscope.models.llama.native import Weights
-
-__all__ = ["MIN_P", "Grammar", "LLGuidanceGrammar", "LlamaGrammar", "Logits"]
-__all__ += ["choose", "gguf_vocabulary", "log_prob"]
+from goalscope.models.llama.weights import Weights
 
 MIN_P = 0.05
 """Tokens less likely than this share of the likeliest are never sampled."""
@@ -121,7 +118,7 @@ class _Vocabulary:
     bos_token_id = None
 
     def __init__(self, weights: Weights) -> None:
-        tokenizer = weights.chat_tokenizer()
+        tokenizer = weights.chat_tokenizer
         ids = range(weights.vocab_size)
         self._weights = weights
         self.eos_token_id = tokenizer.end_of_turn

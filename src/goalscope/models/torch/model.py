@@ -19,9 +19,9 @@ from goalscope.base.types import Message, ModelError
 from goalscope.models import Array
 from goalscope.models.adapters import read_adapter
 from goalscope.models.hf_tokenizer import chat_tokenizer, tokenizer_file
-from goalscope.models.llama.native import Weights
-from goalscope.models.llama.sampling import Logits
+from goalscope.models.llama.sampling import Logits, gguf_vocabulary
 from goalscope.models.llama.trie import Trie
+from goalscope.models.llama.weights import Weights
 from goalscope.models.local import LocalModel, synchronized
 from goalscope.models.scoring import Pair
 from goalscope.models.torch.network import Network
@@ -90,7 +90,7 @@ class Transformers(LocalModel):
         self._vocabulary: Weights | None = None
         if self._source.suffix == ".gguf":
             self._vocabulary = Weights(self._source, vocabulary_only=True)
-            self.tokenizer = self._vocabulary.chat_tokenizer()
+            self.tokenizer = self._vocabulary.chat_tokenizer
         else:
             self.tokenizer = chat_tokenizer(model)
         self._model = model
@@ -176,7 +176,7 @@ class Transformers(LocalModel):
     def guide(self) -> Any:
         """See `LocalModel.guide`."""
         if self._vocabulary is not None:
-            return super().guide()
+            return gguf_vocabulary(self._vocabulary)
         import llguidance
 
         size = self.network.vocab_size

@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 import ctypes
+import hashlib
 import os
+import re
 import weakref
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass
 from functools import cached_property, partial
 from pathlib import Path
 from typing import Any, cast
@@ -17,10 +18,8 @@ import numpy.typing as npt
 from goalscope.base.types import ModelError
 from goalscope.models import CLOSED
 from goalscope.models.chat import ChatTokenizer
-from goalscope.models.llama.engine import ALL_F32, CONTROL, USER_DEFINED, Batch, Engine, engine
+from goalscope.models.llama.engine import ALL_F32, CONTROL, PACKAGE, USER_DEFINED, Batch, engine
 from goalscope.models.llama.trie import Trie
-
-__all__ = ["DOWNLOAD_AGAIN", "MAX_PATHS", "KVCache", "Running", "Weights"]
 
 MAX_PATHS = 64
 """Most paths of one tree; its memory grows with it, and llama.cpp allows no more than 128."""
@@ -28,49 +27,36 @@ MAX_PATHS = 64
 DOWNLOAD_AGAIN = "Download it again, or choose another file."
 """What to do with a damaged model file."""
 
+_BATCH = 512  # most tokens that are decoded at once
 _OUTPUTS = 256  # most logits rows of one batch; at least 2 * MAX_PATHS, as llama.cpp demands
 _F32, _F16 = 0, 1  # ggml types
 _FLASH_AUTO, _FLASH_OFF = -1, 0
 _SEQUENCE = ctypes.POINTER(ctypes.c_int32)
 
 
-@dataclass(frozen=True, slots=True)
-class Running:
-    """How to run a model.
+class Weights:
+    """A GGUF file in memory, which several models with different adapters can share.
 
     Attributes:
-        threads: Processor threads.
-        batch: Most tokens that are decoded at once.
+        path: The file.
+        lib: llama.cpp's functions.
+        vocab_size: Number of tokens.
     """
 
-    threads: int
-    batch: int = 512
-
-
-class Weights:
-    """A GGUF file in memory."""
-
     def __init__(
-        self,
-        path: Path,
-        *,
-        vocabulary_only: bool = False,
-        by: Engine | None = None,
-        remedy: str = DOWNLOAD_AGAIN,
+        self, path: Path, *, vocabulary_only: bool = False, remedy: str = DOWNLOAD_AGAIN
     ) -> None:
         """Load a file.
 
         Args:
             path: The file.
             vocabulary_only: Whether only its tokenizer is needed.
-            by: The engine; this process's if None.
             remedy: What to do where the file is damaged.
 
         Raises:
             ModelError: The file is missing, or is not a complete GGUF model.
         """
-        self.engine = by or engine()
-        self.lib = self.engine.lib
+        self.lib = engine().lib
         self.path = path
         if not os.path.isfile(path):
             raise ModelError(f"There is no model file at {path}. Check the path.")
@@ -78,9 +64,6 @@ class Weights:
             is_gguf = file.read(4) == b"GGUF"
         params = self.lib.llama_model_default_params()
         params.vocab_only = vocabulary_only
-        # Compiled by GCC 12 or older, llama.cpp's kernels for Intel's AMX end the process; these
-        # take repacked weights alone (ggml-org/llama.cpp#26954).
-        params.use_extra_bufts = b"AMX_INT8 = 1" not in self.lib.llama_print_system_info()
         model: Any = (
             self.lib.llama_model_load_from_file(os.fsencode(path), params) if is_gguf else None
         )
@@ -88,7 +71,9 @@ class Weights:
             raise ModelError(f"{path} is not a complete GGUF model. {remedy}")
         self._free = weakref.finalize(self, self.lib.llama_model_free, model)
         self._model, self._vocab = model, self.lib.llama_model_get_vocab(model)
-        self.adapter: Any = None
+        self._adapters: dict[Path, Any] = {}
+        self._users = 0
+        self.guide: Any = None
         self.vocab_size: int = self.lib.llama_vocab_n_tokens(self.vocab)
 
     @property
@@ -107,25 +92,48 @@ class Weights:
         """llama.cpp's vocabulary; as for `model`."""
         return self.model and self._vocab
 
-    def adapt(self, path: Path) -> None:
-        """Load a LoRA adapter that contexts made from now on apply; it goes with the weights.
+    def adapter(self, path: Path) -> Any:
+        """A LoRA adapter that contexts can apply; it is loaded once, and goes with the weights.
 
         Raises:
             ModelError: The file is missing, or is no adapter for these weights.
         """
         if not os.path.isfile(path):
             raise ModelError(f"There is no adapter at {path}. Check the path.")
-        self.adapter = self.lib.llama_adapter_lora_init(self.model, os.fsencode(path))
-        if not self.adapter:
-            raise ModelError(
-                f"{path} is not an adapter for {self.metadata('general.name') or self.path}. "
-                "Use the model that it was fitted on, or fit an adapter for this model with "
-                "`goalscope fit`."
-            )
+        if path not in self._adapters:
+            adapter = self.lib.llama_adapter_lora_init(self.model, os.fsencode(path))
+            if not adapter:
+                raise ModelError(
+                    f"{path} is not an adapter for {self.metadata('general.name') or self.path}. "
+                    "Use the model that it was fitted on, or fit an adapter for this model with "
+                    "`goalscope fit`."
+                )
+            self._adapters[path] = adapter
+        return self._adapters[path]
+
+    def share(self) -> Weights:
+        """These weights for one more user, who calls `release` at the end."""
+        self._users += 1
+        return self
+
+    def release(self) -> None:
+        """Free the memory when the last user has released them."""
+        self._users -= 1
+        if self._users <= 0:
+            self.free()
 
     def free(self) -> None:
         """Free the memory; these weights cannot be used afterwards."""
         self._free()
+
+    @cached_property
+    def digest(self) -> str:
+        """Hashes of the file and, if it is one of several parts, of all of them."""
+        digests: list[str] = []
+        for part in split_files(self.path):
+            with part.open("rb") as file:
+                digests.append(hashlib.file_digest(file, "sha256").hexdigest())
+        return " ".join(digests)
 
     @property
     def is_recurrent(self) -> bool:
@@ -169,6 +177,7 @@ class Weights:
             raise ModelError("The model's tokenizer failed. Choose another GGUF file.")
         return ids[:count]
 
+    @cached_property
     def chat_tokenizer(self) -> ChatTokenizer:
         """The file's tokenizer and chat template.
 
@@ -227,13 +236,21 @@ class KVCache:
         tokens_decoded: Tokens run through the model so far.
     """
 
-    def __init__(self, weights: Weights, running: Running) -> None:
-        """Begin with nothing; memory is taken when the first tree comes."""
+    def __init__(self, weights: Weights, threads: int, adapter: Path | None = None) -> None:
+        """Begin with nothing; memory is taken when the first tree comes.
+
+        Args:
+            weights: The model.
+            threads: Processor threads that read a prompt; single tokens are decoded on one thread,
+                which is as fast when nothing else runs, and faster when something does.
+            adapter: LoRA adapter to apply.
+        """
         self.trie = Trie()
         self.tokens_decoded = 0
         self._weights = weights
         self._lib = weights.lib
-        self._running = running
+        self._threads = threads
+        self._adapter: Any = weights.adapter(adapter) if adapter else None
         self._context: Any = None
         self._cells = 0
         self._most_outputs = 0
@@ -299,7 +316,7 @@ class KVCache:
             for path in range(len(old.paths)):
                 self._lib.llama_memory_seq_rm(self._memory, old_bank + path, -1, -1)
             missing = [node for node in range(len(trie)) if node not in held]
-            for nodes in _batches(missing, wanted, self._running.batch):
+            for nodes in _batches(missing, wanted):
                 self._decode(nodes, wanted, read)
         except BaseException:
             self.clear()
@@ -327,14 +344,14 @@ class KVCache:
         self.free()
         params = self._lib.llama_context_default_params()
         params.n_ctx = max(256, 1 << (cells - 1).bit_length())
-        params.n_batch = params.n_ubatch = self._running.batch
+        params.n_batch = params.n_ubatch = _BATCH
         params.n_outputs_max = _OUTPUTS
         params.n_seq_max = 2 * MAX_PATHS
         params.kv_unified = True
         # llama.cpp's flash attention rounds keys and values to F16 whatever their type.
         params.flash_attn_type = _FLASH_OFF if self._weights.exact else _FLASH_AUTO
         params.type_k = params.type_v = _F32 if self._weights.exact else _F16
-        params.n_threads = params.n_threads_batch = self._running.threads
+        params.n_threads, params.n_threads_batch = 1, self._threads
         self._context = self._lib.llama_init_from_model(self._weights.model, params)
         if not self._context:
             size = params.n_ctx * self._weights.kv_bytes / 1e9
@@ -351,12 +368,12 @@ class KVCache:
         if told != asked:
             self.free()
             raise ModelError(
-                f"{self._weights.engine.name} misreads its settings ({told} for {asked}). "
-                f"Install the version {self._weights.engine.package.tried}."
+                f"{engine().name} misreads its settings ({told} for {asked}). "
+                f"Install the version {PACKAGE.tried}."
             )
         self._cells = params.n_ctx
-        if self._weights.adapter:
-            adapters = (ctypes.c_void_p * 1)(self._weights.adapter)
+        if self._adapter:
+            adapters = (ctypes.c_void_p * 1)(self._adapter)
             scales = (ctypes.c_float * 1)(1.0)
             if self._lib.llama_set_adapters_lora(self._context, adapters, 1, scales) != 0:
                 self.free()
@@ -397,6 +414,15 @@ class KVCache:
             read(nodes[index], row)
 
 
+def split_files(path: Path) -> list[Path]:
+    """The files of a model: one, or all of NAME-00001-of-00009.gguf and so on."""
+    match = re.fullmatch(r"(.*)-\d{5}-of-(\d{5})\.gguf", path.name)
+    if not match:
+        return [path]
+    name, count = match.groups()
+    return [path.with_name(f"{name}-{i:05}-of-{count}.gguf") for i in range(1, int(count) + 1)]
+
+
 def _text(read: Callable[[Any, int], int]) -> str | None:
     """The text that a function of llama.cpp writes into a buffer of a size; None if it has none."""
     size = 1 << 12
@@ -408,12 +434,12 @@ def _text(read: Callable[[Any, int], int]) -> str | None:
         size = length + 1
 
 
-def _batches(nodes: Sequence[int], wanted: set[int], most: int) -> Iterator[list[int]]:
-    """Cut nodes into batches of at most so many, in order."""
+def _batches(nodes: Sequence[int], wanted: set[int]) -> Iterator[list[int]]:
+    """Cut nodes into batches, in order."""
     batch: list[int] = []
     outputs = 0
     for node in nodes:
-        if len(batch) == most or outputs == _OUTPUTS:
+        if len(batch) == _BATCH or outputs == _OUTPUTS:
             yield batch
             batch, outputs = [], 0
         batch.append(node)
