@@ -1,13 +1,13 @@
 """Amounts as people and shops write them: number words, figures and currencies.
 
-Number words are read by number-parser. The marks between digits are read here, since a library that
-guesses them is wrong at times, and silently: of "$1.5k" or "2 for $5" price-parser takes a part.
+Number words are read by number-parser, and the marks between digits here: a library that guesses
+them is wrong at times, and silently. Of "$1.5k" or "2 for $5" price-parser takes a part.
 """
 
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Iterable
 from dataclasses import dataclass
 from decimal import Decimal
 from functools import lru_cache
@@ -18,9 +18,6 @@ import number_parser  # pyright: ignore[reportMissingTypeStubs]
 
 from goalscope.base.text import plain
 
-__all__ = ["Money", "codes_of", "decimal_mark", "figures", "is_currency", "numbers_in", "price"]
-__all__ += ["printed", "same_currency", "sums_in", "word_value"]
-
 _CURRENCIES = """
 USD: $ US$: dollar, US dollar, buck
 CAD: $ C$ CA$: dollar, Canadian dollar, buck
@@ -28,55 +25,34 @@ AUD: $ A$ AU$: dollar, Australian dollar, buck
 NZD: $ NZ$: dollar, New Zealand dollar, buck
 HKD: $ HK$: dollar, Hong Kong dollar
 SGD: $ S$: dollar, Singapore dollar
-TWD: $ NT$: dollar, Taiwan dollar
 MXN: $ MX$: peso, Mexican peso
-ARS: $ AR$: peso, Argentine peso
-CLP: $ CL$: peso, Chilean peso
-COP: $ CO$: peso, Colombian peso
 BRL: R$: reais, Brazilian real
 EUR: €: euro
 GBP: £: pound, British pound, pound sterling, quid
-EGP: £ E£: pound, Egyptian pound
 CHF: Fr SFr: franc, Swiss franc
 SEK: kr: krona, kronor, Swedish krona, Swedish kronor
 NOK: kr: krone, kroner, Norwegian krone, Norwegian kroner
 DKK: kr: krone, kroner, Danish krone, Danish kroner
-ISK: kr: krona, Icelandic krona
 CZK: Kč: koruna, Czech koruna
 PLN: zł zl: zloty, złoty
 HUF: Ft: forint
-RON: lei: leu
-BGN: лв: lev
-RSD: дин: dinar, Serbian dinar
-UAH: ₴ грн: hryvnia
-RUB: ₽ руб: ruble, rouble
 TRY: ₺ TL: lira, Turkish lira
 ILS: ₪ NIS: shekel
 INR: ₹ Rs: rupee, Indian rupee
-PKR: ₨ Rs: rupee, Pakistani rupee
-LKR: Rs: rupee, Sri Lankan rupee
-BDT: ৳: taka
 JPY: ¥ JP¥ 円: yen
 CNY: ¥ CN¥ RMB 元: yuan, renminbi
 KRW: ₩ 원: won
 THB: ฿ บาท: baht
 VND: ₫ đ: dong
 IDR: Rp: rupiah
-MYR: RM: ringgit
-PHP: ₱: peso, Philippine peso
-AED: Dh Dhs: dirham
-SAR: SR: riyal
 ZAR: R: rand
-NGN: ₦: naira
-KES: KSh: shilling, Kenyan shilling
-GHS: ₵ GH₵: cedi
-"""  # noqa: RUF001
+"""
 """Currencies by their codes: marks, which stand before or after a sum, and names, which follow it.
 
 Of several with the same mark, the first one is meant by the mark alone.
 """
 
-_UNDIVIDED = frozenset({"CLP", "COP", "HUF", "IDR", "ISK", "JPY", "KRW", "VND"})
+_UNDIVIDED = frozenset({"HUF", "IDR", "JPY", "KRW", "VND"})
 """Currencies that nobody writes with decimals."""
 
 _IN_THOUSANDTHS = frozenset({"BHD", "IQD", "JOD", "KWD", "LYD", "OMR", "TND"})
@@ -86,8 +62,6 @@ _FROM = 13
 """Number words from here on are put in figures: up to twelve, readers know them, and names such as
 Seven Up hold them."""
 
-_LEAST_CENTS = 10
-
 _LONGEST = 12
 """Digits of an amount, at most."""
 
@@ -95,8 +69,6 @@ _OTHER = {".": ",", ",": "."}
 
 _PARTS = (2, 3, 4, 8)
 """Denominators of fractions; other figures with a stroke are dates and the like."""
-
-_THOUSANDS = {"k": 1_000, "m": 1_000_000}
 
 _marks: set[str] = set()
 _nouns: set[str] = set()
@@ -124,19 +96,20 @@ _MARK = (
 _NOUN = rf"(?i:{_either(_nouns)})s?(?!\w)"
 _DIGITS = r"\d+(?:[.,']\d+)*"
 _APART = r"\d{1,3}(?: \d{3})+(?:[.,]\d{1,2})?(?![\d.,']?\d)"
-_CENTS = r"(?:cents?|pence|p|c)(?!\w)"
-_END = r"(?<=\d\d)(?=\s*(?:[.,;!?)]|$))"
 
 _SMALL = r"(?:[gG]|gr|gms?|[Gg]ram(?:me)?s?|m[lL]|ML|[Mm]illilit(?:re|er)s?)"
 """Units of which nobody wants a thousandth: before them, three digits after a mark are none."""
 
 _SUM = re.compile(
-    rf"(?:(?P<before>{_MARK}) ?|(?<![\w.,'/]))(?P<digits>{_APART}|{_DIGITS})"
-    rf"(?P<times>[kKmM](?!\w))?"
-    rf"(?P<after>(?: ?{_MARK}(?! ?\d)|[ -]{_NOUN})(?P<named>))?"
-    rf"(?P<rest>(?: and)? (?P<cents>\d{{1,2}})(?: ?{_CENTS}|(?(named){_END}|(?!))))?"
-    r"(?P<beside>(?(named) \d\d(?![\d.,']?\d|\w))|)"
+    rf"(?:(?P<before>{_MARK}) ?|(?<![\w.,'/]))(?P<digits>{_APART}|{_DIGITS})(?P<k>[kK](?!\w))?"
+    rf"(?P<after> ?{_MARK}(?! ?\d)|[ -]{_NOUN})?"
 )
+_CENTS = re.compile(
+    rf"(?<![\w.,'/])(\w+) ({_NOUN})(?: and)? (\d\d)"
+    r"(?: (?:cents?|pence|p)(?!\w)|(?=\s*(?:please\b|[.,;!?)]|$)))"
+)
+"""Twelve pounds 50 at the end of a clause, and 12 dollars and 50 cents."""
+
 _MARKED = re.compile(
     rf"(?<![\w.,'/])(?=\d*[.,'])({_DIGITS})(?![\d/])(?P<small>[ -]?{_SMALL}(?!\w))?"
 )
@@ -151,8 +124,6 @@ _PRICE = re.compile(
     rf"(?P<before>{_MARK})? ?(?P<digits>\.\d+|{_APART}|{_DIGITS}) ?(?P<after>{_MARK}|{_NOUN})?"
     r"(?: ?/? ?(?:each|ea\.?))?"
 )
-_THEN = re.compile(rf"[ -]{_NOUN}(?: and)? ([^\W\d_]+)")
-_PENNIES = re.compile(f" {_CENTS}")
 _DASHED = re.compile(
     rf"(?<!\d)(?<!\d[.,'/])({_APART}|{_DIGITS})(?:([.,])[-\u2013-\u2015]{{1,2}}|/-)"
     rf"(?:(?![\w-])|(?={_MARK}|{_NOUN}))"
@@ -160,7 +131,17 @@ _DASHED = re.compile(
 """Sums with a dash for no cents: 30.- or 1.295,- or 30/-."""
 
 _DOZEN = re.compile(r"(?<![^\W\d_])(?:doz|dz)\b\.?", re.IGNORECASE)
-_TIMES = re.compile(r"(?<![\w.,'/])([0-9]+(?:\.[0-9]+)?)[ -]$")
+_UNITS = "one|two|three|four|five|six|seven|eight|nine|ten|eleven|twelve"
+_TENS = (
+    "thirteen|fourteen|fifteen|sixteen|seventeen|eighteen|nineteen|twenty|thirty|forty|fifty|sixty"
+    "|seventy|eighty|ninety"
+)
+_HUNDREDS = "hundred|thousand|million"
+_SPELLED = re.compile(
+    rf"\b(?:{_UNITS}|{_TENS}|(?:{_HUNDREDS})(?=[ -](?:and[ -])?(?:{_UNITS}|{_TENS})\b))"
+    rf"(?:(?:(?<=hundred)[ -]and|(?<=thousand)[ -]and)?[ -](?:{_UNITS}|{_TENS}|{_HUNDREDS}))*\b",
+    re.IGNORECASE,
+)
 _WORD = re.compile(r"(?<![^\W\d_])[A-Za-z]+(?!\w)")
 
 
@@ -171,13 +152,10 @@ class Money:
     Attributes:
         amount: At least 0.
         currency: A mark, a code or a name, as written; "" for none.
-        beside: The number right after it, which may be its cents: the fifty of "twelve pounds fifty
-            please"; 0 for none.
     """
 
     amount: Decimal
     currency: str
-    beside: int = 0
 
 
 def is_currency(name: str) -> bool:
@@ -206,37 +184,36 @@ def _key(name: str) -> str:
     return re.sub(r" (?=\$)", "", name.strip().casefold().rstrip("."))
 
 
-def figures(text: str) -> tuple[str, dict[str, str]]:
-    """`text` with its amounts in plain figures, such as 1250.5, and how each one was written.
+def figures(text: str) -> str:
+    """`text` with its amounts in plain figures, such as 1250.5.
 
     Number words from thirteen on, marks between thousands, decimal commas and fractions change, and
-    of sums of money also a "k" and what is said after the currency ("twelve pounds fifty"). An
-    amount that may be read in two ways stays as it is, and so does whatever is plain.
+    of sums of money also a "k" and the cents after the currency. An amount that may be read in two
+    ways stays as it is.
     """
-    written: dict[str, str] = {}
 
     def put(old: str, value: Decimal | None) -> str:
-        if value is None:
-            return old
-        new = f"{round(value, 3).normalize():f}"
-        if re.fullmatch(r"\d+(?:\.\d+)?", old) and Decimal(old) == value:
-            return old
-        written[new] = old
-        return new
+        plain = re.fullmatch(r"\d+(?:\.\d+)?", old) and Decimal(old) == value
+        return old if value is None or plain else f"{round(value, 3).normalize():f}"
 
-    def dashed(found: re.Match[str]) -> str:
-        return put(found[0], _dashed(found))
+    def spelled(found: re.Match[str]) -> str:
+        value = _parsed(found[0].replace("-", " "))
+        return found[0] if value is None or value < _FROM else str(value)
 
-    text = _DASHED.sub(dashed, _plain_digits(text))
-    text = _spelled_out(_DOZEN.sub("dozen", text), put)
+    def cents(found: re.Match[str]) -> str:
+        whole = found[1] if found[1].isdecimal() else word_value(found[1])
+        return (
+            found[0]
+            if whole is None
+            else f"{Decimal(f'{whole}.{found[3]}').normalize():f} {found[2]}"
+        )
 
-    def money(found: re.Match[str]) -> str:
+    def thousands(found: re.Match[str]) -> str:
         value = _amount(found)
         if value is None or not (found["before"] or found["after"]):
             return found[0]
         head = found.string[found.start() : found.start("digits")]
-        typed = put(found["digits"] + (found["times"] or ""), value)
-        return f"{head}{typed}{found['after'] or ''}{found['beside']}"
+        return f"{head}{put(found['digits'] + (found['k'] or ''), value)}{found['after'] or ''}"
 
     def number(found: re.Match[str]) -> str:
         is_small = found["small"] and "." in found[1]
@@ -249,9 +226,9 @@ def figures(text: str) -> tuple[str, dict[str, str]]:
         part = numeric(found[4]) if found[4] else over / under
         return put(found[0], int(found[1] or 0) + Decimal(part))
 
-    text = _SUM.sub(money, text)
-    text = _MARKED.sub(number, text)
-    return _FRACTION.sub(fraction, text), written
+    text = _SPELLED.sub(spelled, _DOZEN.sub("dozen", _plain_digits(text)))
+    text = _SUM.sub(thousands, _CENTS.sub(cents, text))
+    return _FRACTION.sub(fraction, _MARKED.sub(number, text))
 
 
 def sums_in(text: str) -> list[Money]:
@@ -260,7 +237,7 @@ def sums_in(text: str) -> list[Money]:
     for match in _SUM.finditer(text):
         value, currency = _amount(match), match["before"] or (match["after"] or "").strip(" -")
         if currency and value is not None:
-            found.append(Money(value, currency, int(match["beside"] or 0)))
+            found.append(Money(value, currency))
     return found
 
 
@@ -273,16 +250,12 @@ def numbers_in(text: str, *, money: bool = True) -> frozenset[float]:
     """
     if not money:
         text = _SUM.sub(lambda m: " " if m["before"] or m["after"] else m[0], text)
-    text = figures(text)[0]
-    alone = (word_value(word[0]) for word in _WORD.finditer(text))
-    values = {float(value) for value in alone if value is not None}
-    values |= {float(value) for _, _, value in _spelled(text)}
-    for match in re.finditer(rf"({_DIGITS})(k(?!\w))?", text, re.IGNORECASE):
-        times = _THOUSANDS["k"] if match[2] else 1
-        read = [value for mark in ".," if (value := _value(match[1], mark)) is not None]
-        values |= {
-            float(value * times) for value in read or map(Decimal, re.findall(r"\d+", match[1]))
-        }
+    text = figures(text)
+    words = (word_value(word[0]) for word in _WORD.finditer(text))
+    values = {float(value) for value in words if value is not None}
+    for digits in re.findall(_DIGITS, text):
+        read = [value for mark in ".," if (value := _value(digits, mark)) is not None]
+        values |= {float(value) for value in read or map(Decimal, re.findall(r"\d+", digits))}
     return frozenset(values)
 
 
@@ -356,11 +329,6 @@ def _parsed(words: str) -> int | None:
     return cast("int | None", number_parser.parse_number(words.casefold(), "en"))  # pyright: ignore
 
 
-def _dashed(found: re.Match[str]) -> Decimal | None:
-    """The amount of a sum with a dash for its cents."""
-    return _value(f"{found[1]}{found[2]}00" if found[2] else found[1], ".")
-
-
 def _plain_digits(text: str) -> str:
     """`text` with the digits of every script as 0 to 9."""
     return "".join(str(decimal(each)) if each.isdecimal() else each for each in text)
@@ -370,11 +338,7 @@ def _amount(found: re.Match[str]) -> Decimal | None:
     """The amount of a sum of money; three digits after one mark are no cents."""
     digits = found["digits"]
     value = _value(digits, "," if "." in digits else ".")
-    if value is not None and found["times"]:
-        value *= _THOUSANDS[found["times"].lower()]
-    if value is not None and found["cents"]:
-        value = value + Decimal(found["cents"]) / 100 if value == int(value) else None
-    return value
+    return value * 1000 if value is not None and found["k"] else value
 
 
 def _is_ambiguous(parted: re.Match[str]) -> bool:
@@ -402,53 +366,3 @@ def _value(digits: str, before_decimals: str) -> Decimal | None:
     if not _WHOLE.fullmatch(whole) or (mark and mark in whole):
         return None
     return Decimal(f"{re.sub(r'[^0-9]', '', whole) or 0}.{rest or 0}")
-
-
-def _spelled_out(text: str, put: Callable[[str, Decimal], str]) -> str:
-    """`text` with its larger numbers in figures, and small ones that cents follow."""
-    done, parts = 0, list[str]()
-    for start, end, value in _spelled(text):
-        said = _THEN.match(text, end)
-        cents = (said and word_value(said[1])) or 0
-        if value < _FROM and cents < _LEAST_CENTS and not _PENNIES.match(text, end):
-            continue
-        parts += [text[done:start], put(text[start:end], value)]
-        done = end
-    return "".join([*parts, text[done:]])
-
-
-def _spelled(text: str) -> Iterator[tuple[int, int, Decimal]]:
-    """Where numbers in words begin and end, with their values: "one hundred and two", "5 hundred".
-
-    "Hundred" alone is none: it may be a few hundred, and a reader knows a hundred.
-    """
-    words = [*_WORD.finditer(text)]
-    at = 0
-    while at < len(words):
-        run = [*_run(text, words, at)]
-        at += max(len(run), 1)
-        value = _parsed(" ".join(word[0] for word in run)) if run else None
-        if value is None or value >= 10**_LONGEST:
-            continue
-        start, end, first = run[0].start(), run[-1].end(), word_value(run[0][0]) or 0
-        if first < 100:
-            yield start, end, Decimal(value)
-        elif times := _TIMES.search(text, max(start - _LONGEST, 0), start):
-            yield times.start(), end, value + first * (Decimal(times[1]) - 1)
-        elif len(run) > 1:
-            yield start, end, Decimal(value)
-
-
-def _run(text: str, words: Sequence[re.Match[str]], at: int) -> Sequence[re.Match[str]]:
-    """The words from one on that are one number, with an "and" only after a hundred."""
-    end, last = at, 0
-    for place in range(at, len(words)):
-        word, value = words[place], word_value(words[place][0])
-        if place > at and text[words[place - 1].end() : word.start()] not in (" ", "-"):
-            break
-        if value is not None:
-            end = place + 1
-        elif word[0].casefold() != "and" or place in (at, end + 1) or last < 100:
-            break
-        last = value or 0
-    return words[at:end]

@@ -58,7 +58,8 @@ _PHRASES = ("what", "for", "where", "if")
 _UNWRITTEN = frozenset({"Cc", "Cn", "Co", "Cs"})  # Unicode categories that no word holds
 _NAMING = ("avoid", "only")  # acts that need a thing
 _PACKS = ("pack", "pk")  # units that a number may belong to: a 6-pack
-_TIMES = r"(?:[x\u00d7*]|times)"
+_SIZED = r"(?:(\w+) (?:x )?)?(?<![\w.,])(\w+?)[ -]?(?:pack|pk)(s?)(?!\w)"
+_PRODUCT = re.compile(r"\d[^.;!?\d]*? ?(?:[x\u00d7*]|times) ?\d", re.IGNORECASE)
 _PERCENTAGE = re.compile(r"(?<!\S)\S+?[ -]?(?:%|per ?cent|pct)(?!\w)", re.IGNORECASE)
 _UP_TO = 12  # numbers that other words stand for: both, a few, half a dozen
 _SUREST = 99.0  # nats, where a model reports none
@@ -140,7 +141,7 @@ class Reader:
             UnreadableAnswerError: The model wrote no valid reading.
         """
         typed = plain(checked_text(message, "utterance"))
-        message, written_as = figures(typed)
+        message = figures(typed)
         question = _legible(question)
         before = [
             ReadExample(_legible(each.question), _legible(each.message), each.orders)
@@ -172,16 +173,17 @@ class Reader:
         lines = self._lines(written.text, said)
         earlier = {each.quantity or 0.0 for exchange in before for each in exchange.orders}
         earlier |= {number for text in (question, *texts) for number in numbers_in(text)}
-        amounts = _Amounts(message, written_as, numbers_in(message) | earlier)
-        lines = [amounts.multiplied(amounts.mended(each, lines), lines) for each in lines]
+        said_numbers = numbers_in(message) | earlier
+        lines = [_mended(each, message, said_numbers) for each in lines]
         orders = tuple(dict.fromkeys(lines))
         if len(orders) > 1:
             orders = tuple(each for each in orders if each.do != "none")
         orders = orders[:MOST_ORDERS] or (Order("none"),)
+        doubts = [_is_doubtful(each, message, said_numbers) for each in orders]
         margins = written.margins and self._margins(orders, lines, written.margins)
-        if any(map(amounts.doubts, orders)):
-            found = zip(orders, margins or [_SUREST] * len(orders), strict=True)
-            margins = tuple(0.0 if amounts.doubts(each) else margin for each, margin in found)
+        if any(doubts):
+            sure = margins or [_SUREST] * len(orders)
+            margins = tuple(0.0 if each else m for each, m in zip(doubts, sure, strict=True))
         return Reading(orders, written.log_probability, margins)
 
     def prompt(
@@ -237,117 +239,48 @@ class Reader:
         return orders
 
 
-class _Amounts:
-    """The amounts of a message, by which those of its reading are mended.
+def _mended(order: Order, message: str, said: Collection[float]) -> Order:
+    """An order with the unit that its number has in the message, if the model left it out.
 
-    Args:
-        text: The message in plain figures.
-        written_as: How each figure was written.
-        numbers: All numbers that were said, now or earlier.
+    The number may be a sum of money, a percentage, or the size of a pack. A budget that nobody
+    named is one without a number.
     """
-
-    def __init__(self, text: str, written_as: Mapping[str, str], numbers: Collection[float]):
-        self._text, self._written_as, self._numbers = text, written_as, numbers
-        self._sums = sums_in(text)
-        self._counts = numbers_in(text, money=False)
-        self._percentages = numbers_in(" ".join(_PERCENTAGE.findall(text)))
-        self._percentages -= numbers_in(_PERCENTAGE.sub(" ", text)) if self._percentages else set()
-        self._unsure: set[Order] = set()
-
-    def mended(self, order: Order, lines: Sequence[Order]) -> Order:
-        """An order of a reading with its things as they were written and the unit of its quantity.
-
-        A sum of money has its currency, and a percentage its unit. A budget that nobody named is
-        one without a quantity.
-        """
-        names = ("what", "for_", "where", "if_")
-        order = replace(order, **{name: self._as_written(getattr(order, name)) for name in names})
-        if order.quantity is None:
-            return order
-        if order.do == "budget":
-            return self._budget(order, lines)
-        if not order.unit and order.quantity not in self._counts:
-            sums = (each for each in self._sums if float(each.amount) == order.quantity)
-            order = replace(order, unit=next((singular(each.currency) for each in sums), ""))
-        if not order.unit and order.quantity in self._percentages:
-            order = replace(order, unit="percent")
-        return self._holding(order) if order.unit and " " not in order.unit else order
-
-    def doubts(self, order: Order) -> bool:
-        """Whether nobody said an order's quantity, or it may be a part of a product.
-
-        Numbers up to a dozen are said in many ways.
-        """
-        if order in self._unsure:
-            return True
-        number = order.quantity or 0.0
-        broken = number > 1 and not number.is_integer() and not order.unit
-        return (number > _UP_TO or broken) and number not in self._numbers
-
-    def multiplied(self, order: Order, lines: Sequence[Order]) -> Order:
-        """A mended order with the product that was said: of "12 eggs x 2" and "2 x 12 eggs".
-
-        Where it is not plain what is multiplied, the order is one that `doubts` holds for.
-        """
-        if order.quantity is None or not order.what:
-            return order
-        what, number = re.escape(order.what.casefold()), r"([^\W_]+)"
-        before = rf"(?<![\w.,]){number} ?{_TIMES} ?{number} {what}(?!\w)"
-        beside = rf"(?<!\w){what},? {number} ?{_TIMES} ?{number}(?= *(?:[.,;!?]|$))"
-        words = r"((?: [^\W\d_][\w'-]*){0,4}?)"
-        after = rf"(?<![\w.,]){number}{words} {what} ?{_TIMES} ?{number}(?!\w)"
-        text = self._text.casefold()
-        whole = [
-            (one, "", other) for each in (before, beside) for one, other in re.findall(each, text)
-        ]
-        for first, between, second in [*whole, *re.findall(after, text)]:
-            one, other = (max(numbers_in(each), default=0.0) for each in (first, second))
-            if not other or not (one or first in ("a", "an")):
-                continue
-            factors, product = (one or 1.0, other), (one or 1.0) * other
-            rest = {singular(word) for word in words_of(between)} - {"of", *words_of(order.unit)}
-            alone = sum(each.what == order.what for each in lines) == 1
-            if order.quantity in (*factors, product) and alone and not rest:
-                self._numbers = {*self._numbers, product}
-                return replace(order, quantity=product)
-            if order.quantity in (factors[:1] if rest and alone else factors):
-                self._unsure.add(order)
+    number, unit = order.quantity, order.unit
+    if number is None:
         return order
+    if order.do == "budget" and unit in ("k", "K"):
+        return replace(order, quantity=1000 * number, unit="")
+    counts = () if order.do == "budget" else numbers_in(message, money=False)
+    money = (each.currency for each in sums_in(message) if float(each.amount) == number)
+    if order.do == "budget" and number not in said:
+        return Order("budget", if_=order.if_)
+    if number not in counts and (order.do == "budget" or not unit):
+        unit = next((singular(each) for each in money), unit)
+    elif not unit and number in numbers_in(" ".join(_PERCENTAGE.findall(message))):
+        rest = numbers_in(_PERCENTAGE.sub(" ", message))
+        unit = "" if number in rest else "percent"
+    elif unit in _PACKS:
+        for count, size, many in re.findall(_SIZED, message):
+            pack = max(numbers_in(size), default=0)
+            packs = max(numbers_in(count), default=0) or (not many and 1.0)
+            if pack > 1 and packs and number in (pack, packs):
+                return replace(order, quantity=packs, unit=f"{pack:g}-{unit}")
+    held = rf"\b{re.escape(unit)}(?:e?s)? of (\w+) {re.escape(order.what)}"
+    if unit and (found := re.search(held, message, re.IGNORECASE)):
+        size = max(numbers_in(found[1]), default=0)
+        unit = f"{unit} of {size:g}" if size else unit
+    return replace(order, unit=unit)
 
-    def _budget(self, order: Order, lines: Sequence[Order]) -> Order:
-        """A budget with its currency and its cents, which a reading may leave out or take alone."""
-        times = 1000 if order.unit in ("k", "K") else 1
-        order = replace(order, quantity=times * (order.quantity or 0))
-        order = replace(order, unit="") if times > 1 else order
-        counts = [each.quantity for each in lines if each.do != "budget"]
-        for sum in self._sums:
-            cents = 0 if sum.beside in counts else sum.beside
-            if order.quantity in (float(sum.amount), cents or None):
-                amount = float(sum.amount) + cents / 100
-                return replace(order, quantity=amount, unit=singular(sum.currency))
-        return order if order.quantity in self._numbers else Order("budget", if_=order.if_)
 
-    def _holding(self, order: Order) -> Order:
-        """An order for packs with their size, if it was said: "a 6-pack", "2 boxes of 12 eggs"."""
-        unit, count = re.escape(order.unit), order.quantity or 1.0
-        first, _, rest = order.what.partition(" ")
-        what = rest if rest and numbers_in(first) else order.what
-        holding = rf"\b{unit}(?:e?s)? of (\w+) {re.escape(what)}"
-        if found := re.search(holding, self._text, re.IGNORECASE):
-            size = max(numbers_in(found[1]), default=0)
-            return replace(order, what=what, unit=f"{order.unit} of {size:g}") if size else order
-        sized = rf"(?:(\w+) (?:x )?)?(?<![\w.,])(\w+?)[ -]?{unit}(s?)(?!\w)"
-        for found in re.finditer(sized, self._text if order.unit in _PACKS else ""):
-            size = max(numbers_in(found[2]), default=0)
-            packs = max(numbers_in(found[1] or ""), default=0)
-            if size and packs and count in (packs, size):
-                return replace(order, quantity=packs, unit=f"{size:g}-{order.unit}")
-            if size == count != 1 and not found[3]:
-                return replace(order, quantity=1.0, unit=f"{size:g}-{order.unit}")
-        return order
+def _is_doubtful(order: Order, message: str, said: Collection[float]) -> bool:
+    """Whether nobody said an order's number, or the message multiplies it.
 
-    def _as_written(self, phrase: str) -> str:
-        return " ".join(self._written_as.get(word, word) for word in phrase.split())
+    Numbers up to a dozen are said in many ways.
+    """
+    number = order.quantity or 0.0
+    broken = number > 1 and not number.is_integer() and not order.unit
+    unsaid = (number > _UP_TO or broken) and number not in said
+    return unsaid or (order.quantity is not None and bool(_PRODUCT.search(message)))
 
 
 def reader_of(
@@ -418,7 +351,7 @@ def schema_of(verbs: Sequence[Verb]) -> dict[str, Any]:
 
 def _legible(text: str) -> str:
     """A text with plain characters and figures."""
-    return figures(plain(text))[0]
+    return figures(plain(text))
 
 
 def _asked(question: str, message: str) -> str:

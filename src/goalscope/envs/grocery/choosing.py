@@ -438,7 +438,7 @@ def packages(order: Order, item: Item) -> tuple[int, str]:
         is what was ordered. No units come to a sum of money.
     """
     number, counted = _counted(order, item)
-    unit, one, slack = _FLUID.sub("floz", figures(plain(item.unit))[0].lower()), 1.0, 0.0
+    unit, one, slack = _FLUID.sub("floz", figures(plain(item.unit)).lower()), 1.0, 0.0
     ordered = f"{1 if order.quantity is None else order.quantity:g} {order.unit}".strip()
     if counted == "money":
         return 0, f'I cannot tell how much {item.name} is "{ordered}". Please say how many.'
