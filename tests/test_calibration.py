@@ -158,14 +158,6 @@ def test_after_a_change_of_mind_a_goal_leads_as_soon_however_far_it_trailed(
         assert stuck.argmax() == 0
 
 
-def test_a_turn_that_nothing_explains_is_forgotten_by_a_mind_that_can_change() -> None:
-    rows = [[0.0, -9.0], [-math.inf] * 2, [-1.0, 0.0]]
-    belief = Belief(tuple(goals(2)), np.zeros(2), np.array(rows), Calibration(switching=0.1))
-    assert np.exp(belief.log_posteriors[2]).tolist() == [0, 0]
-    assert belief.probability == pytest.approx(softmax(np.array([-1.0, 0.0])))
-    assert replace(belief, calibration=PAPER).is_degenerate
-
-
 @given(anything, st.integers(1, 3), st.integers(1, 4), st.integers(0, 2**32 - 1))
 def test_many_dialogues_at_once_are_as_each_by_itself(
     calibration: Calibration, turns: int, g: int, seed: int

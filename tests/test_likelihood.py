@@ -9,7 +9,7 @@ import pytest
 
 from fakes import WordModel
 from goalscope.base.types import UNSPECIFIED, Goal, InvalidInputError, ModelError, Turn
-from goalscope.belief.calibration import DEFAULT, LAST_TURN, PAPER, Calibration
+from goalscope.belief.calibration import PAPER, Calibration
 from goalscope.belief.goal_manager import irrelevant
 from goalscope.belief.likelihood import GOAL_TOKENS, RolePlay
 from goalscope.belief.tracker import GoalTracker
@@ -109,9 +109,7 @@ def test_what_is_no_text_is_refused_and_changes_nothing(bad: Any) -> None:
     ("given", "message"),
     [
         ({"model": "qwen.gguf"}, r"open_model\(.*goals=\["),
-        ({"model": ["a", "b"]}, r"open_model\(.*goals=\["),
-        ({"goals": None}, "goals must be a list"),
-        ({"goals": 3}, "goals must be a list"),
+        ({"model": WordModel}, r"open_model\("),
         ({"goals": "bake cake"}, "goals must be a list"),
         ({"goals": {"cake": "bake a cake"}}, r"not a dict.* such as goals=list\(d\.values\(\)\)"),
         ({"likelihood": "goal-last"}, "likelihood"),
@@ -123,13 +121,6 @@ def test_what_is_no_text_is_refused_and_changes_nothing(bad: Any) -> None:
 def test_wrong_arguments_of_a_tracker_are_refused(given: Any, message: str) -> None:
     with pytest.raises(InvalidInputError, match=message):
         GoalTracker(**{"model": WordModel(), **given})
-
-
-@pytest.mark.parametrize(
-    ("name", "meant"), [("paper", PAPER), ("default", DEFAULT), ("last-turn", LAST_TURN)]
-)
-def test_a_tracker_takes_a_calibration_by_its_name(name: str, meant: Calibration) -> None:
-    assert GoalTracker(WordModel(), calibration=name).belief.calibration is meant
 
 
 def test_goals_that_mean_the_same_are_one() -> None:
@@ -203,16 +194,9 @@ def test_unknown_layout_is_refused() -> None:
     [
         (lambda rows: [row.tolist() for row in rows], r"'cake cake' has \[-.*\(list\)"),
         (lambda rows: rows[:-1], "2 pairs have"),
-        (lambda rows: np.array(rows), "2 pairs have"),
-        (lambda rows: None, "2 pairs have None"),
-        (lambda rows: [row[:0] for row in rows], r"'cake cake' has \[\] \(ndarray\)"),
         (lambda rows: [rows[0], rows[1][:1]], "'cake cake' has 2 after one chat and 1 after"),
         (lambda rows: [row * np.nan for row in rows], "nan.*no log-probabilities can be"),
         (lambda rows: [-row for row in rows], "no log-probabilities can be"),
-        (lambda rows: [row.sum() for row in rows], "'cake cake' has -"),
-        (lambda rows: [row[:, None] for row in rows], "'cake cake' has"),
-        (lambda rows: [row.astype(str) for row in rows], "'cake cake' has"),
-        (lambda rows: [None for row in rows], "'cake cake' has None"),
     ],
 )
 def test_what_a_model_returns_wrongly_is_said(returned, cause: str) -> None:
@@ -226,32 +210,3 @@ def test_what_a_model_returns_wrongly_is_said(returned, cause: str) -> None:
     assert tracker.turns == []
     with pytest.raises(ModelError, match="model words must return a list"):
         irrelevant(Own(), "t", [CAKE])
-
-
-class Half:
-    def token_logprobs(self, *given, **more): ...
-
-
-class NoEnd(WordModel):
-    def token_logprobs(self, contexts, continuations): ...
-
-
-class Sizeless(WordModel):
-    def __init__(self) -> None:
-        super().__init__(context_size="big")  # pyright: ignore[reportArgumentType]
-
-
-@pytest.mark.parametrize(
-    ("wrong", "cause"),
-    [
-        ("a", "must be one that is open.*'a'"),
-        (WordModel, "must be one that is open.*not <class"),
-        (Half(), "must be one that is open.*lacks count_tokens"),
-        (NoEnd(), r"The model words cannot be used: .*token_logprobs\(.*end_of_turn"),
-        (Sizeless(), "The model words cannot be used: .*not 'big'"),
-    ],
-    ids=["a name", "a class", "half a model", "no end of turn", "no size"],
-)
-def test_a_model_is_one_that_is_open_and_can_be_asked(wrong: Any, cause: str) -> None:
-    with pytest.raises(InvalidInputError, match=cause):
-        GoalTracker(wrong)

@@ -9,6 +9,7 @@ from goalscope.agent.people import HABITS, Habit, SimulatedHuman
 from goalscope.agent.settings import Settings
 from goalscope.base.types import Profile
 from goalscope.cli import chat as cli_chat
+from goalscope.envs import completion_phrase
 from goalscope.envs.grocery import Catalogue, GroceryShop
 from goalscope.models import Completion
 from goalscope.storage.session import Session
@@ -44,7 +45,7 @@ def test_a_habit_is_one_line_of_the_prompt(habit) -> None:
 
 def test_a_person_who_says_nothing_ends_the_task() -> None:
     human = SimulatedHuman(Player(" "), READER, LampRoom())
-    assert human.reply("What else?", [], "") == LampRoom.completion_phrase
+    assert human.reply("What else?", [], "") == completion_phrase(LampRoom())
 
 
 def test_an_episode_keeps_the_habit(tmp_path) -> None:

@@ -14,15 +14,12 @@ from goalscope.agent.prompted import PromptedPlanner, PromptedWriter
 from goalscope.agent.toolkit import MODULES, modules_named, toolkit_of
 from goalscope.agent.writer import Writer
 from goalscope.base.types import (
-    UNSPECIFIED,
     Action,
     Goal,
     InvalidInputError,
     StepResult,
     UnreadableAnswerError,
 )
-from goalscope.belief.goal_manager import propose
-from goalscope.belief.likelihood import RolePlay
 from goalscope.language.dialogue_state import DialogueState
 from goalscope.language.orders import Order
 from goalscope.models import Completion
@@ -99,13 +96,6 @@ def test_goals_that_are_held_are_told_and_not_asked_for_again() -> None:
     assert "- sleep well" in model.prompts("goals")[0]
 
 
-def test_prompted_goals_are_proposed_as_others_are() -> None:
-    model = Answers(goals=[["Unspecified", "read in the dark", "fly"]])
-    likelihood = RolePlay(model)
-    (change,) = propose(PromptedWriter(model), likelihood, "t", TURNS, [UNSPECIFIED])
-    assert (change.kind, change.goal) == ("added", Goal("read in the dark"))
-
-
 def unfit(answer: Any, *held: str) -> list[str]:
     model = Answers(remove=[answer])
     return [each.goal.text for each in PromptedWriter(model).unfit("t", TURNS, [*map(Goal, held)])]
@@ -131,10 +121,6 @@ def test_goals_are_removed_by_their_numbers(answer: list[object], removed: list[
 def test_what_holds_no_list_is_told(ask, answer: str) -> None:
     with pytest.raises(UnreadableAnswerError):
         ask(answer)
-
-
-def test_where_there_is_no_goal_none_is_asked_about() -> None:
-    assert unfit("never asked") == []
 
 
 @pytest.mark.parametrize(
@@ -189,35 +175,6 @@ def test_a_plan_is_done_in_its_order_and_each_number_once(plan: list[object], on
     assert room.on == on
     assert [(each.target, each.goal) for each in outcome.guessed] == [(each, "read") for each in on]
     assert (outcome.failed, outcome.replans, len(outcome.results)) == ((), 0, len(on))
-
-
-def test_a_thing_is_put_in_one_place() -> None:
-    class Shelves(LampRoom):
-        def actions(self, name, standing):
-            return [Action("put", name, destination=f"shelf {n}") for n in range(3)]
-
-        def step(self, action):
-            self.on.append(f"{action.target} {action.destination}")
-            return StepResult(action, True, "Done.")
-
-    room = Shelves(["lamp", "fan"])
-    outcome, _ = act(room, [[2, 4, 1, 3, 5]])
-    assert room.on == ["lamp shelf 1", "fan shelf 0"]
-    assert len(outcome.results) == 2
-
-
-@pytest.mark.parametrize("terms", [["moon", "moon", ""], ["moon " * 5000], [str(n) for n in [1]]])
-def test_for_things_that_are_not_here_no_plan_is_made(terms: list[str]) -> None:
-    room = LampRoom(["lamp"])
-    outcome, model = act(room, [], terms=terms)
-    assert (outcome, model.prompts("plan")) == (Outcome(), [])
-
-
-def test_a_hundred_things_make_a_plan_of_bounded_length() -> None:
-    names = [f"lamp {n}" for n in range(100)]
-    room = LampRoom(names)
-    act(room, [[*range(1, 101)]])
-    assert 0 < len(room.on) <= 12
 
 
 @pytest.mark.parametrize(("broken", "replans"), [(1, 1), (2, 2)])
@@ -295,15 +252,6 @@ def test_a_plan_that_cannot_be_read_is_told_and_the_round_goes_on(key: str, answ
     round = agent.step("", "It is dark, I want to read.")
     assert any(note.startswith("No plan was made. The model") for note in round.notes)
     assert (room.on, len(agent.rounds)) == ([], 1)
-
-
-@pytest.mark.parametrize("answer", BROKEN[:1] + BROKEN[5:7])
-def test_goals_that_cannot_be_read_are_told_and_orders_are_followed(answer: str) -> None:
-    room = LampRoom(["lamp", "fan"])
-    agent = Agent(room, Answers(**{**PLANS, "goals": [answer]}))
-    round = agent.step("", "aim; switch on fan")
-    assert any("asked for goals" in note for note in round.notes)
-    assert "fan" in room.on
 
 
 def test_who_does_what_depends_on_what_the_model_was_taught() -> None:

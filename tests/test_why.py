@@ -74,12 +74,6 @@ def test_what_is_told_in_words_names_the_likeliest_goal_once(table) -> None:
     assert [told.count(text) for text in stated] == [1] * len(stated)
 
 
-def test_long_goals_and_words_are_cut() -> None:
-    long = Goal("eat " * 900 + "now.")
-    belief = replace(Belief.uniform([UNSPECIFIED, long]), log_likelihood=np.array([[-9.0, -1.0]]))
-    assert len(in_words(belief, [Turn("And?", "Yes. " * 99)])) < 300
-
-
 def test_what_is_not_to_be_acted_on_is_told_as_unsure_however_probable() -> None:
     belief = belief_of([[-99, -1, -99, -99]])
     told = in_words(belief, TURNS[:1], doubted=True)
@@ -117,16 +111,6 @@ class Speller(WordModel):
             np.array([-9.0 + len(p) * (p.strip().lower() in text) for p in row], dtype=float)
             for text, row in zip(texts, pieces, strict=True)
         ]
-
-
-def test_words_that_count_for_nothing_say_nothing_and_that_is_told() -> None:
-    belief = belief_of([[-9.0, -1.0, -9.0, -9.0]]).observe([-1.0, -9.0, -9.0, -9.0], 0.0)
-    first, last = reasons(belief, TURNS, CAKE)
-    assert (last.evidence, last.probability) == (0.0, first.probability)
-    told = drawn(show_reasons, CAKE, [first, last])
-    assert "Words without content about a goal count 0" in " ".join(told.split())
-    words = word_evidence(RolePlay(Speller()), "t", belief, TURNS, CAKE)
-    assert {nats for _, nats in words} == {0.0}
 
 
 def test_words_that_speak_for_a_change_of_mind_are_told() -> None:
@@ -204,30 +188,6 @@ def test_a_word_is_all_its_tokens_and_the_space_before_it() -> None:
     assert [word for word, _ in first] == ["Cake,", " cupcakes"]
     assert [word for word, _ in second] == ["a", " soup", "   and", " soap!"]
     assert first[0][1] > 1 > second[1][1]
-
-
-def test_tokens_are_scored_as_their_utterance_is_in_the_part_that_is_still_read() -> None:
-    turns = [TURNS[1], *(Turn("what else", f"word{i} " * 20) for i in range(25)), *TURNS]
-    model = Speller(context_size=456)
-    likelihood = RolePlay(model)
-    assert likelihood.window("t", turns) > 0
-    pieces, table = likelihood.token_log_likelihood("t", SUPPORT, turns)
-    assert pieces == model.tokenizer.tokenize(TURNS[-1].utterance)
-    assert table.shape == (len(pieces), 4)
-    whole = likelihood.log_likelihood("t", SUPPORT, turns, since=27)
-    assert table.sum(0) == pytest.approx(whole[0])
-
-
-@given(rows, st.sampled_from(CALIBRATIONS), st.integers(0, 3), st.data())
-def test_without_a_turn_that_says_nothing_nothing_changes(table, way, when, data) -> None:
-    belief = belief_of(table, way)
-    place = when % (len(table) + 1)
-    flat = np.insert(belief.log_likelihood, place, data.draw(st.floats(-50, 0)), axis=0)
-    less = replace(belief, log_likelihood=flat).without(place)
-    assert (np.delete(less.log_likelihood, place, axis=0) == belief.log_likelihood).all()
-    after = replace(belief, log_likelihood=flat).probability
-    assert less.probability == pytest.approx(after, abs=1e-9)
-    assert (less.goals, less.calibration) == (belief.goals, way)
 
 
 def shown(utterance: str, *words: tuple[str, float], width: int = 80, goal: Goal = CAKE) -> str:

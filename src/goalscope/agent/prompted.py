@@ -27,8 +27,6 @@ from goalscope.language.dialogue_state import DialogueState
 from goalscope.models import Generator
 from goalscope.prompts import recent, render
 
-__all__ = ["PromptedPlanner", "PromptedWriter"]
-
 _TURNS = 8
 _GOALS = 5  # of one list
 _TERMS = 12
@@ -45,13 +43,10 @@ class PromptedWriter:
     """
 
     def __init__(self, model: Generator) -> None:
-        needs = ("generate", "count_tokens", "context_size")
-        lacks = [each for each in needs if not hasattr(model, each)]
-        if lacks or isinstance(model, type):
+        if isinstance(model, type) or not hasattr(model, "generate"):
             raise InvalidInputError(
                 "model must be a model that is open and can write, such as "
-                f"open_model('model.gguf'), not {model!r}"
-                f"{f', which lacks {lacks[0]}' if 0 < len(lacks) < len(needs) else ''}."
+                f"open_model('model.gguf'), not {model!r}."
             )
         self.model = model
 

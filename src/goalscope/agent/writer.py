@@ -17,9 +17,6 @@ from goalscope.models import Model
 from goalscope.models.scoring import logprobs_of
 from goalscope.prompts import recent, render
 
-__all__ = ["JUDGEMENTS", "LIKE", "NOTHING", "Recalling", "Writer"]
-__all__ += ["goals_prompt", "needs_prompt", "needs_written", "question_prompt"]
-
 LIKE = 4
 """Number of occasions in the prompt that asks what an aim calls for."""
 

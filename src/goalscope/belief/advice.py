@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Collection, Sequence
 from dataclasses import replace
-from typing import Literal, NamedTuple, Protocol, cast
+from typing import Literal, NamedTuple, Protocol
 
 import numpy as np
 
@@ -12,8 +12,6 @@ from goalscope.base.types import UNSPECIFIED, Goal, InvalidInputError, Turn, can
 from goalscope.belief.belief import Belief
 from goalscope.belief.goal_manager import incomplete
 from goalscope.language.cues import consents, doubtful, retracts
-
-__all__ = ["LOST", "SURE", "Advice", "Advised", "advice", "advised"]
 
 SURE = 0.8
 """Probability from which a goal is acted on: a question costs a fifth of a wrong act."""
@@ -29,10 +27,14 @@ class Tracking(Protocol):
     """A belief and the turns that it is over, such as a `GoalTracker`."""
 
     @property
-    def belief(self) -> Belief: ...
+    def belief(self) -> Belief:
+        """Over the goals."""
+        ...
 
     @property
-    def turns(self) -> Sequence[Turn]: ...
+    def turns(self) -> Sequence[Turn]:
+        """What was said."""
+        ...
 
 
 class Advised(NamedTuple):
@@ -76,8 +78,7 @@ def advice(
         lost: Probability from 0 to 1.
 
     Raises:
-        InvalidInputError: `tracker` has no belief or turns, `proposed` holds something else, or
-            `sure` or `lost` is not a probability.
+        InvalidInputError: `sure` or `lost` is not a probability.
     """
     return advised(tracker, since=since, proposed=proposed, sure=sure, lost=lost).advice
 
@@ -91,15 +92,12 @@ def advised(
     lost: float = LOST,
 ) -> Advised:
     """The same as `advice`, with the reason."""
-    belief, turns = getattr(tracker, "belief", None), getattr(tracker, "turns", None)
-    if not isinstance(belief, Belief) or turns is None:
-        raise InvalidInputError(
-            "advice needs a GoalTracker, or another object with a belief and its turns, not "
-            f"{tracker!r}."
-        )
-    _check_probability("sure", sure)
-    _check_probability("lost", lost)
-    made = _texts(proposed)
+    belief, turns = tracker.belief, tracker.turns
+    for name, number in (("sure", sure), ("lost", lost)):
+        if not 0 <= number <= 1:
+            raise InvalidInputError(f"{name} must be a probability from 0 to 1, not {number!r}.")
+    given = [proposed] if isinstance(proposed, str) else proposed
+    made = {canonical(each.text if isinstance(each, Goal) else each) for each in given}
     goal, probability = next(iter(belief.top(1)), (UNSPECIFIED, 0.0))
     if goal != UNSPECIFIED and probability >= sure:
         doubt = _doubt(belief, turns, goal, sure, made=canonical(goal.text) in made)
@@ -116,24 +114,6 @@ def advised(
     if UNSPECIFIED in belief.goals and incomplete(belief, lost, since=since):
         return Advised("propose", "None of the goals explains the words well.")
     return Advised("ask", f"The likeliest goal has {likeliest:.0%}; {sure:.0%} is sure enough.")
-
-
-def _check_probability(name: str, number: object) -> None:
-    if isinstance(number, bool) or not isinstance(number, float | int) or not 0 <= number <= 1:
-        raise InvalidInputError(f"{name} must be a probability from 0 to 1, not {number!r}.")
-
-
-def _texts(proposed: object) -> set[str]:
-    """The `canonical` texts of goals."""
-    try:
-        given = (
-            [proposed] if isinstance(proposed, str) else cast("Collection[str | Goal]", proposed)
-        )
-        return {canonical(g.text if isinstance(g, Goal) else g) for g in given}
-    except (AttributeError, TypeError):
-        raise InvalidInputError(
-            f"proposed must hold goals or their texts, not {proposed!r}."
-        ) from None
 
 
 def _doubt(belief: Belief, turns: Sequence[Turn], goal: Goal, sure: float, *, made: bool) -> str:

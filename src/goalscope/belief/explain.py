@@ -20,8 +20,6 @@ from goalscope.base.types import (
 from goalscope.belief.belief import Belief
 from goalscope.belief.likelihood import RolePlay
 
-__all__ = ["Reason", "in_words", "reasons", "word_evidence"]
-
 _WORTH_TELLING = 0.05
 """Least probability of a goal that `in_words` names."""
 _LIKELY = 0.5

@@ -31,7 +31,6 @@ from goalscope.belief.likelihood import (
     RolePlay,
     calibration_of,
     evidence_of,
-    misfit,
     unusable,
 )
 from goalscope.models import LikelihoodModel, model_name
@@ -87,9 +86,6 @@ class Tracker(Protocol):
         ...
 
 
-_MODEL = ("token_logprobs", "count_tokens", "context_size")
-
-
 _Method = TypeVar("_Method", bound=Callable[..., Any])
 
 
@@ -133,15 +129,11 @@ class GoalTracker:
         likelihood: Likelihood | None = None,
         calibration: Calibration | str | None = None,
     ) -> None:
-        needs = [each for each in _MODEL if not hasattr(model, each)]
-        if model is not None and (needs or isinstance(cast("object", model), type)):
+        if model is not None and (isinstance(model, type) or not hasattr(model, "token_logprobs")):
             raise InvalidInputError(
-                f"model must be one that is open, such as open_model('model.gguf'), not {model!r}"
-                f"{f', which lacks {needs[0]}' if 0 < len(needs) < len(_MODEL) else ''}. "
+                f"model must be one that is open, such as open_model('model.gguf'), not {model!r}. "
                 "Goals are given as goals=[...]."
             )
-        if model is not None and (wrong := _wrong(model)):
-            raise InvalidInputError(f"The model {model_name(model)} cannot be used: {wrong}.")
         if likelihood is not None and (wrong := unusable(likelihood)):
             raise InvalidInputError(f"The likelihood {likelihood!r} cannot be used: {wrong}.")
         self.task = checked_text(task, "task")
@@ -399,14 +391,6 @@ class GoalTracker:
             turns: The turns that it was over.
         """
         self.belief, self.turns = belief, [*turns]
-
-
-def _wrong(model: LikelihoodModel) -> str:
-    """Why a user's own model cannot be used; empty if it can."""
-    if wrong := misfit(model.token_logprobs, [], [], end_of_turn=False):
-        return f"token_logprobs(contexts, continuations, *, end_of_turn) is what it needs ({wrong})"
-    size = cast("object", model.context_size)
-    return "" if isinstance(size, int) else f"context_size must be a number of tokens, not {size!r}"
 
 
 def _calibration(given: object) -> Calibration:

@@ -13,8 +13,6 @@ from collections import Counter
 from goalscope.base.text import plain
 from goalscope.base.types import Goal, Turn
 
-__all__ = ["LONGEST", "consents", "doubtful", "normalize", "opposes", "retracts"]
-
 LONGEST = 2000
 """Characters of an utterance that are read."""
 

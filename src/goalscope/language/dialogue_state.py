@@ -12,8 +12,6 @@ from goalscope.base.nouns import names, singulars
 from goalscope.base.types import StepResult
 from goalscope.language.orders import DIALOGUE_ACTS, REASONS, Order, Reading
 
-__all__ = ["GRAVE", "LIMITS", "DialogueState", "acting", "fold"]
-
 GRAVE = ("allergy", "diet")
 """Reasons of limits that are lifted only by the person's confirmation."""
 
@@ -89,7 +87,7 @@ def fold(
         retracted: Indices of the retracted readings.
         takes_away: Names of the verbs whose orders lift nothing; see `Verb`.
     """
-    standing = DialogueState()
+    state = DialogueState()
     for place, reading in enumerate(readings):
         gone = place in retracted
         confirmed, waits = (
@@ -97,41 +95,41 @@ def fold(
         )
         for order in () if gone else confirmed:
             if order.do not in takes_away:
-                standing = _lifted(standing, order, grave=True)
-            standing = replace(standing, asked=(*standing.asked, order))
+                state = _lifted(state, order, grave=True)
+            state = replace(state, asked=(*state.asked, order))
         for order in reading.orders:
             grave = order.do in ("avoid", "only") and order.why in GRAVE
             if not grave and (gone or order in waits):
                 continue
-            standing = _with(standing, order, lifts=order.do not in takes_away)
-    return standing
+            state = _with(state, order, lifts=order.do not in takes_away)
+    return state
 
 
-def _with(standing: DialogueState, order: Order, *, lifts: bool) -> DialogueState:
+def _with(state: DialogueState, order: Order, *, lifts: bool) -> DialogueState:
     if order.do in ("avoid", "only") and order.what:
-        same = [each for each in standing.limits if _about(each) == _about(order)]
-        others = [each for each in standing.limits if each not in same]
-        return replace(standing, limits=(*others, min((order, *same), key=_gravity)))
+        same = [each for each in state.limits if _about(each) == _about(order)]
+        others = [each for each in state.limits if each not in same]
+        return replace(state, limits=(*others, min((order, *same), key=_gravity)))
     if order.do == "budget":
-        return replace(standing, budget=order)
+        return replace(state, budget=order)
     if order.do == "leave":
-        return replace(standing, untouched=(*standing.untouched, order))
+        return replace(state, untouched=(*state.untouched, order))
     if order.do in _ACTS:
-        return standing
-    standing = _lifted(standing, order, grave=False) if lifts else standing
-    return replace(standing, asked=(*standing.asked, order))
+        return state
+    state = _lifted(state, order, grave=False) if lifts else state
+    return replace(state, asked=(*state.asked, order))
 
 
-def _lifted(standing: DialogueState, order: Order, *, grave: bool) -> DialogueState:
+def _lifted(state: DialogueState, order: Order, *, grave: bool) -> DialogueState:
     """The state without the limits that an order for the same thing contradicts."""
     return replace(
-        standing,
+        state,
         limits=tuple(
             each
-            for each in standing.limits
+            for each in state.limits
             if (each.why in GRAVE and not grave) or not _rules_out(each, order)
         ),
-        untouched=tuple(each for each in standing.untouched if not names(order.what, each.what)),
+        untouched=tuple(each for each in state.untouched if not names(order.what, each.what)),
     )
 
 

@@ -17,8 +17,6 @@ from goalscope.models.embedding import embedded
 from goalscope.models.scoring import logprobs_of
 from goalscope.prompts import render
 
-__all__ = ["Matcher", "mended"]
-
 _CANDIDATES = 8
 _LETTERS = 5  # shortest word that is checked for a typo
 _NEAR = 0.5  # smallest cosine of a thing whose name lacks the words

@@ -14,26 +14,6 @@ from importlib.resources import files
 from goalscope.base.inputs import read_table
 from goalscope.base.types import InvalidInputError
 
-__all__ = [
-    "DIALOGUE_ACTS",
-    "SLOTS",
-    "TELLING",
-    "Example",
-    "Order",
-    "Reading",
-    "Verb",
-    "examples_of",
-    "is_aside",
-    "order_from_json",
-    "order_in_words",
-    "order_to_json",
-    "orders_from_text",
-    "orders_to_text",
-    "speaks",
-    "with_examples",
-    "words_of",
-]
-
 SLOTS = ("what", "quantity", "for", "where", "if", "why")
 """The slots of an order; `unit` goes with `quantity`, and every verb takes `if`."""
 
