@@ -251,11 +251,11 @@ class Agent:
         with self._all_or_nothing():
             reading, unread = self._read(turn)
             self._infer(turn, reading)  # Inference Module: Eq. 1 and 2
-            changes, unexplained = self._manage(reading)  # Goal Management Module
+            changes, unexplained = self._manage(reading)  # Goal Management Module, Sec. 3.2
             begun = Round(len(self.rounds) + 1, turn, self.belief, changes, reading=reading)
             self._understood(begun)
             done = self._executor.execute(self.rounds, turn, reading, confirmed=bool(confirmed))
-            plan = self._plan(turn, reading, done)  # Action Module: the k likeliest goals
+            plan = self._plan(turn, reading, done)  # Action Module: for the k likeliest goals
             round = self._ended(begun, done, plan, unread + unexplained)
             if keep:
                 keep(round)
