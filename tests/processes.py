@@ -18,7 +18,7 @@ class Loud(WordModel):
         print("a stray word")
         return super().token_logprobs(*given, **more)
 
-goalscope.cli.terminal.opened_model = lambda *given: nullcontext(Loud())
+goalscope.cli.terminal.opened_model = lambda *given, **more: nullcontext(Loud())
 main()
 """
 
