@@ -21,8 +21,6 @@ if TYPE_CHECKING:
     from goalscope.belief.belief import Belief
     from goalscope.storage.store import EpisodeInfo, Store
 
-__all__ = ["episodes", "replay", "why"]
-
 Episode = Annotated[str, typer.Argument(help="Id of the episode, or its first characters.")]
 
 

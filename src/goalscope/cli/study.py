@@ -17,8 +17,6 @@ if TYPE_CHECKING:
     from goalscope.storage.store import Store
     from goalscope.study.store import StudyStore
 
-__all__ = ["study"]
-
 study = typer.Typer(no_args_is_help=True, help="Studies in which people rate episodes.")
 
 Name = Annotated[str, typer.Argument(help="Name of the study.")]
