@@ -227,9 +227,9 @@ def rounds_of(place: Path | str) -> list[tuple[str, ...]]:
 
 
 def measured(folder: Path) -> tuple[dict[str, Any], list[Any]]:
-    """Cells by key, each with its episode in it, and all tables, those of first attempts too."""
+    """Cells by key, each with its episode in it, and all tables."""
     from goalscope.experiment.results import Results
-    from goalscope.experiment.tables import first_attempts, tables_of
+    from goalscope.experiment.tables import tables_of
     from goalscope.storage.store import round_to_json
 
     with Results.open(folder / "tiny.db") as results:
@@ -242,7 +242,7 @@ def measured(folder: Path) -> tuple[dict[str, Any], list[Any]]:
                 ]
             cells[cell.key] = (cell.spec, {k: v for k, v in found.items() if k != "seconds"})
         asked = results.asked_for()
-        tables = [each.to_dict() for each in (*tables_of(asked), *first_attempts(asked))]
+        tables = [each.to_dict() for each in tables_of(asked)]
     return cells, tables
 
 
@@ -257,7 +257,7 @@ def _command(*words: str) -> None:
     from rich.console import Console
 
     from goalscope.cli import chat, experiments, main, terminal
-    from goalscope.experiment import identity, work
+    from goalscope.experiment import measure as measuring
     from goalscope.models import opening
     from test_run import NamedModel
 
@@ -265,7 +265,7 @@ def _command(*words: str) -> None:
         return NamedModel(REPLIES)
 
     quiet = Console(file=open(os.devnull, "w"))  # noqa: SIM115
-    work.opened = identity.opened = opening.open_model = small
+    measuring.opened = measuring.opened = opening.open_model = small
     for module in (chat, experiments, terminal):
         module.console = lambda **_: quiet
     experiments.show_tables = lambda *_: None

@@ -15,11 +15,11 @@ from goalscope.base.types import Goal, InvalidInputError, Turn
 from goalscope.belief.calibration import Calibration
 from goalscope.datasets import Case, data_folder, load
 from goalscope.datasets.goal_sets import AFTER, changes_of
-from goalscope.experiment.changes import change_table, read_changes
 from goalscope.experiment.dialogues import read_dialogues
+from goalscope.experiment.measure import KINDS
 from goalscope.experiment.plan import specs_of
 from goalscope.experiment.summary import Table
-from goalscope.experiment.work import KINDS
+from goalscope.experiment.tables import change_table, read_changes
 from test_datasets import game, packed, real
 from test_plan import read, refused
 from test_summary import MODEL, column, row

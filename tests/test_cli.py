@@ -22,7 +22,7 @@ from goalscope.belief.calibration import (
     calibration_from_json,
     keep_calibration,
 )
-from goalscope.experiment.locking import sole
+from goalscope.experiment.results import sole
 
 SOURCE = str(Path(__file__).parents[1] / "src")
 invoke = run  # until the other files call it

@@ -19,7 +19,7 @@ from goalscope.belief.calibration import (
     known_calibration,
 )
 from goalscope.cli.calibrate import OWN
-from goalscope.experiment import identity
+from goalscope.experiment import measure as measuring
 from goalscope.experiment.results import Results
 from goalscope.storage.store import Store
 from test_calibrating import some
@@ -35,7 +35,7 @@ SCORER = SimpleNamespace(name="small", adapter=None)
 def data(tmp_path, monkeypatch):
     """A data folder of one's own; a model that needs no loading."""
     monkeypatch.setattr("platformdirs.user_data_path", lambda *_: tmp_path / "data")
-    monkeypatch.setattr(identity, "opened", lambda model: scorer_of(model))
+    monkeypatch.setattr(measuring, "opened", lambda model: scorer_of(model))
     monkeypatch.chdir(tmp_path)
     return tmp_path / "data"
 
@@ -65,8 +65,8 @@ def fill(name, *rows):
 
 
 def calibrated(*args):
-    """What the command says, which must succeed, of each model."""
-    result = invoke("calibrate", *args, "--anyway", "--json")
+    """What the command says, which must succeed."""
+    result = invoke("calibrate", *args, "--json")
     assert result.exit_code == 0, result.output
     return json.loads(result.stdout)
 
@@ -75,17 +75,17 @@ def test_a_model_is_calibrated_from_then_on(data):
     fill("r.db", *cells(60))
     before = known_calibration(SCORER, "goal-last")
     assert "not calibrated" in before[1]
-    (told,) = calibrated("r.db")
+    told = calibrated("r.db", "--save")
     found, origin = known_calibration(SCORER, "goal-last")
     assert origin == YOURS
     assert found == calibration_from_json(told["calibration"])
     assert found.temperature == pytest.approx(3, rel=0.3)
     assert (found.n, len(found.thresholds)) == (60, 5)
     file = calibration_file(SCORER, "goal-last")
-    assert told["file"] == str(file)
+    assert told["files"] == [str(file)]
     assert [each for each in data.rglob("*") if each.is_file()] == [file]
     kept = json.loads(file.read_text())
-    assert kept | {"file": str(file), "better": None} == told
+    assert kept | {"files": [str(file)], "better": None} == told
     assert (told["model"], told["layout"]) == ("small", "goal-last")
     assert told["dialogues"] == {"teach hard": 60}
     quality = told["quality"]
@@ -94,7 +94,7 @@ def test_a_model_is_calibrated_from_then_on(data):
     assert quality["held out"]["log_loss"] < quality["Eq. 1"]["log_loss"]
     assert all(0.7 < share <= 1 for share in quality["held out"]["coverage"])
     assert quality["Eq. 1"]["coverage"] is None
-    (again,) = calibrated("r.db")
+    again = calibrated("r.db")
     assert [*again["quality"]] == ["Eq. 1", "default", "the model's own", "held out"]
     own, held_out = (again["quality"][name]["log_loss"] for name in ("the model's own", "held out"))
     assert own < held_out  # since it was fitted on these, and so it says nothing against the new
@@ -106,7 +106,7 @@ def test_what_is_better_than_what_was_fitted_is_told(data):
     case = rows[-1][0]["case"]
     case["truth"] = (case["truth"] + 1) % 3  # of the last the words mislead, and nobody expects it
     fill("r.db", *rows)
-    (told,) = calibrated("r.db", "--out", "mine.json")
+    told = calibrated("r.db", "--out", "mine.json")
     losses = {name: row["log_loss"] for name, row in told["quality"].items()}
     best = min(losses, key=lambda name: losses[name])
     assert told["better"] == best != "held out"
@@ -117,49 +117,29 @@ def test_what_is_better_than_what_was_fitted_is_told(data):
     assert f"({losses['held out']:.3f})" in shown
 
 
-def test_it_is_shown_in_words(data):
+def test_without_out_or_save_it_is_shown_and_nothing_is_written(data):
     fill("r.db", *cells(12), *cells(6, 1, set="[/b]"))
-    shown = invoke("calibrate", "r.db", "--anyway")
+    shown = invoke("calibrate", "r.db")
     assert shown.exit_code == 0, shown.output
-    made, _ = known_calibration(SCORER, "goal-last")
+    made = calibration_from_json(calibrated("r.db")["calibration"])
     text = " ".join(shown.stdout.split())
     for words in ("small, goal-last", "12 of teach hard", "6 of [/b] hard", "held out", " %",
-                  f"temperature {made.temperature:g}", "saved in"):  # fmt: skip
+                  f"temperature {made.temperature:g}", "not saved", "--save makes it"):  # fmt: skip
         assert words in text
+    assert not data.exists()
 
 
-def test_each_model_and_layout_has_its_own_from_all_files():
-    fill("one.db", *cells(8), *cells(8, 2, layout="goal-first"), *cells(8, 4, model={}))
+def test_of_several_models_and_layouts_one_is_named_from_all_files(data):
+    fill("one.db", *cells(8), *cells(7, 2, layout="goal-first"), *cells(8, 4, model={}))
     fill("two.db", *cells(8, 1, set="casino"))
-    said = fails(2, "calibrate", "one.db", "two.db", "--out", "mine.json")
-    assert (
-        "3 different ways: small, goal-last; small, goal-first; SmolLM2-135M-Instruct, goal-last."
-        in said
-    )
-    assert "--only" in said
-    told = calibrated("one.db", "two.db")
-    assert [(each["model"], each["layout"], each["dialogues"]) for each in told] == [
-        ("small", "goal-last", {"teach hard": 8, "casino hard": 8}),
-        ("small", "goal-first", {"teach hard": 8}),
-        ("SmolLM2-135M-Instruct", "goal-last", {"teach hard": 8}),
-    ]
-    assert len({each["file"] for each in told}) == 3
-    for model, layout in ((MODEL, "goal-last"), (MODEL, "goal-first"), ({}, "goal-last")):
-        made = known_calibration(scorer_of(model), layout)
-        assert made[1] == YOURS
-
-
-def test_of_several_models_and_layouts_one_is_named(data):
-    fill("r.db", *cells(8), *cells(7, 1, layout="goal-first"))
-    (told,) = calibrated("r.db", "--out", "mine.json", "--only", "small, goal-last")
-    assert told["calibration"]["n"] == 8
-    assert calibration_named("mine.json").n == 8
-    (told,) = calibrated("r.db", "--only", "small, goal-first")
-    assert told["calibration"]["n"] == 7
-    assert known_calibration(SCORER, "goal-last")[1] != YOURS
-    said = fails(2, "calibrate", "r.db", "--only", "large, goal-last")
-    assert "no results of 'large, goal-last'" in said
-    assert "They have: small, goal-last; small, goal-first." in said
+    said = fails(2, "calibrate", "one.db", "two.db")
+    assert "3 ways: small, goal-last; small, goal-first; SmolLM2-135M-Instruct, goal-last." in said
+    told = calibrated("one.db", "two.db", "--only", "small, goal-last", "--out", "mine.json")
+    assert told["dialogues"] == {"teach hard": 8, "casino hard": 8}
+    assert calibration_named("mine.json").n == 16
+    assert calibrated("one.db", "--only", "small, goal-first")["calibration"]["n"] == 7
+    said = fails(2, "calibrate", "one.db", "--only", "large, goal-last")
+    assert "no results of 'large, goal-last'. They have: small, goal-last; small, goal" in said
 
 
 def test_what_was_not_measured_or_asked_for_is_passed_over(data):
@@ -168,7 +148,7 @@ def test_what_was_not_measured_or_asked_for_is_passed_over(data):
     later = [(spec, None if i < 3 else result) for i, (spec, result) in enumerate(rows[2:])]
     mcq = {"kind": "mcq", "row": {}, "model": MODEL, "layout": "goal-last"}
     fill("r.db", *later, (mcq, {"tokens": 2}))
-    (told,) = calibrated("r.db")
+    told = calibrated("r.db")
     assert told["dialogues"] == {"teach hard": 5}
 
 
@@ -195,11 +175,11 @@ def test_with_out_it_is_written_there_only_of_as_few_as_three_people(data):
     fill("r.db", *((spec, sure(spec, result)) for spec, result in cells(3, goals=3)))
     made = invoke("calibrate", "r.db", "--out", "new/mine.json", "--json")
     assert made.exit_code == 0, made.output
-    (told,) = json.loads(made.stdout)
+    told = json.loads(made.stdout)
     found = calibration_named("new/mine.json")
     assert found == calibration_from_json(told["calibration"])
     assert 0 < found.temperature < 1  # however sure the evidence
-    assert told["file"] == str(Path("new/mine.json"))
+    assert told["files"] == [str(Path("new/mine.json"))]
     assert not data.exists()
 
 
@@ -209,43 +189,35 @@ def sure(spec, result):
     return {"role-play": goals, "unspecified": [-0.5] * 2}
 
 
-def test_of_few_people_nothing_is_kept_unless_it_is_said(data):
+def test_of_few_people_nothing_becomes_the_models_own(data):
     fill("few.db", *cells(60, groups=49))
-    said = fails(2, "calibrate", "few.db")
-    assert "small, goal-last (of 49)" in said
-    assert "50 people" in said
-    assert "--anyway" in said
-    assert not data.exists()
-    invoke("calibrate", "few.db", "--out", "mine.json")
-    assert calibration_named("mine.json").n == 60
+    said = fails(2, "calibrate", "few.db", "--save")
+    assert "small, goal-last has dialogues of 49 people, and --save needs 50" in said
     assert not data.exists()
     fill("enough.db", *cells(50))
-    assert invoke("calibrate", "enough.db").exit_code == 0
+    assert invoke("calibrate", "enough.db", "--save").exit_code == 0
     assert known_calibration(SCORER, "goal-last")[1] == YOURS
 
 
 def test_reset_brings_back_what_was_used_before(data, monkeypatch):
     adapter = Path(models.__file__).parent / "general" / "adapter.gguf"
     shipped = SimpleNamespace(name="Smollm2 135M 8k Lc100K Mix1 Ep2", adapter=adapter)
-    monkeypatch.setattr(identity, "opened", lambda model: SCORER if model == MODEL else shipped)
+    monkeypatch.setattr(measuring, "opened", lambda model: SCORER if model == MODEL else shipped)
     before = known_calibration(shipped, "goal-last")
     assert before[1] == SHIPPED
-    fill("r.db", *cells(8, model={}), *cells(9, 1))
-    file = calibration_file(SCORER, "goal-last")
-    for rows in ([OWN], [OWN, OWN], [OWN]):  # the shipped one; one's own, too; which is then broken
-        result = invoke("calibrate", "r.db", "--anyway")
+    fill("one.db", *cells(50, model={}))
+    fill("two.db", *cells(50, 1))
+    for file, own in (("one.db", [OWN]), ("one.db", [OWN]), ("two.db", [])):
+        result = invoke("calibrate", file, "--save")
         assert result.exit_code == 0, result.output
-        assert re.findall(rf"{OWN}(?= +\d)", result.stdout) == rows
-        if len(rows) == 2:
-            file.write_text("{")
-    assert "`goalscope calibrate --reset` deletes your own" in result.stdout
+        assert re.findall(rf"{OWN}(?= +\d)", result.stdout) == own
     assert "no calibration for 'large'" in fails(2, "calibrate", "--reset", "--only", "large")
     gone = invoke("calibrate", "--reset", "--only", "small, goal-last").stdout
     assert gone.startswith("Deleted: small, goal-last. ")
     assert known_calibration(SCORER, "goal-last")[1] != YOURS
     assert known_calibration(shipped, "goal-last")[1] == YOURS
-    file.write_text("[" * 9)
+    calibration_file(SCORER, "goal-last").write_text("[" * 9)
     assert len(json.loads(invoke("calibrate", "--reset", "--json").stdout)["reset"]) == 2
     assert known_calibration(shipped, "goal-last") == before
     assert "no calibration of your own" in invoke("calibrate", "--reset").stdout
-    assert "--reset" in fails(2, "calibrate", "--reset", "r.db")
+    assert "--reset" in fails(2, "calibrate", "--reset", "two.db")

@@ -10,9 +10,8 @@ import pytest
 from goalscope.base.stats import Interval
 from goalscope.base.types import ModelError
 from goalscope.cli.tables import show_tables
-from goalscope.experiment import identity, work
-from goalscope.experiment.locking import sole
-from goalscope.experiment.results import Results
+from goalscope.experiment import measure as measuring
+from goalscope.experiment.results import Results, sole
 from goalscope.experiment.summary import Estimate, Table
 from test_cli import fails, invoke
 from test_run import QUESTIONS, SHOP, NamedModel
@@ -45,9 +44,9 @@ def here(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     monkeypatch.delenv("GOALSCOPE_DATA", raising=False)
     monkeypatch.delenv("GOALSCOPE_RESULTS", raising=False)
-    for module in (work, identity):
+    for module in (measuring,):
         monkeypatch.setattr(module, "opened", lambda model, *_: NamedModel())
-    monkeypatch.setattr(identity, "_fingerprints", {})
+    monkeypatch.setattr(measuring, "_fingerprints", {})
     (tmp_path / "q.jsonl").write_text("".join(json.dumps(row) + "\n" for row in QUESTIONS))
     rows = (DIALOGUE, {**DIALOGUE, "id": 2, "true": "wash the car"})
     (tmp_path / "d.jsonl").write_text("".join(json.dumps(row) + "\n" for row in rows))
@@ -226,7 +225,7 @@ def test_nothing_is_left_behind_where_a_package_or_the_model_is_missing(here, mo
     def broken(*_):
         raise ModelError("no such weights")
 
-    monkeypatch.setattr(identity, "opened", broken)
+    monkeypatch.setattr(measuring, "opened", broken)
     assert "no such weights" in fails(1, "bench", "mcq", "q.jsonl")
     monkeypatch.setitem(sys.modules, "bm25s", None)
     assert "goalscope[experiments]" in fails(1, "bench", "mcq", "q.jsonl")
@@ -236,7 +235,7 @@ def test_nothing_is_left_behind_where_a_package_or_the_model_is_missing(here, mo
 def test_results_of_another_code_are_refused_until_told_otherwise(here, monkeypatch):
     tables("bench", "mcq", "q.jsonl", "--limit", "1")
     monkeypatch.setattr(NamedModel, "fingerprint", "another")
-    monkeypatch.setattr(identity, "_fingerprints", {})
+    monkeypatch.setattr(measuring, "_fingerprints", {})
     refused = invoke("bench", "mcq", "q.jsonl")
     assert (refused.exit_code, refused.stdout) == (2, "")
     assert "another model" in refused.stderr.splitlines()[-1]
@@ -264,7 +263,7 @@ def test_cells_that_fail_are_told_after_the_tables(here, monkeypatch):
 
 
 def test_ctrl_c_says_what_is_kept(here, monkeypatch):
-    measure, measured = work.KINDS["mcq"], []
+    measure, measured = measuring.KINDS["mcq"], []
 
     def stopped(model, spec):
         if measured:
@@ -272,7 +271,7 @@ def test_ctrl_c_says_what_is_kept(here, monkeypatch):
         measured.append(spec)
         return measure(model, spec)
 
-    monkeypatch.setitem(work.KINDS, "mcq", stopped)
+    monkeypatch.setitem(measuring.KINDS, "mcq", stopped)
     result = invoke("bench", "mcq", "q.jsonl", "--json")
     assert result.exit_code == 130
     first, last = result.stderr.strip().splitlines()
@@ -281,42 +280,25 @@ def test_ctrl_c_says_what_is_kept(here, monkeypatch):
     reported = invoke("report", "results/mcq-q.db", "--json")
     assert reported.stderr == "mcq-q: 1 of 3 cells measured.\n"
     assert json.loads(reported.stdout)
-    monkeypatch.setitem(work.KINDS, "mcq", measure)
+    monkeypatch.setitem(measuring.KINDS, "mcq", measure)
     assert [*tables("bench", "mcq", "q.jsonl")] == ["mcq"]  # and no second time, as if retried
     assert [cell.attempts for cell in cells("mcq-q")] == [1, 1, 1]
     assert invoke("report", "results/mcq-q.db", "--json").stderr == ""
 
 
-def test_tables_come_with_and_without_what_was_retried(here, monkeypatch):
-    measure, failed = dict(work.KINDS), []
+def test_a_cell_that_failed_once_is_counted_as_retried(here, monkeypatch):
+    measure, failed = measuring.KINDS["episode"], []
 
-    def fails_once(kind):
-        def attempt(model, spec):
-            if spec.get("settings", {}).get("method") != "good" and kind not in failed:
-                failed.append(kind)
-                raise ModelError("out of luck")
-            return measure[kind](model, spec)
+    def attempt(model, spec):
+        if spec["settings"]["method"] != "good" and not failed:
+            failed.append(spec)
+            raise ModelError("out of luck")
+        return measure(model, spec)
 
-        return attempt
-
-    for kind in ("mcq", "episode"):
-        monkeypatch.setitem(work.KINDS, kind, fails_once(kind))
+    monkeypatch.setitem(measuring.KINDS, "episode", attempt)
     assert invoke("experiment", "run", "all.toml").exit_code == 1
     found = tables("experiment", "run", "all.toml")
-    retried = {cell.spec["kind"]: cell for cell in cells("all") if cell.attempts > 1}
-    assert {*retried} == {"mcq", "episode"}
-    methods = next(name for name in found if name.endswith("-methods"))
-    kept = found[f"{methods}-first-attempts"]
-    assert [(row["method"], row["retries"]) for row in found[methods]["rows"]] == [
+    methods = next(table for name, table in found.items() if name.endswith("-methods"))
+    assert [(row["method"], row["retries"]) for row in methods["rows"]] == [
         ("good", 0), ("no-goals", 1),
     ]  # fmt: skip
-    assert [(row["method"], row["retries"], row["runs"]) for row in kept["rows"]] == [
-        ("good", 0, 1)
-    ]
-    assert kept["title"].endswith("first attempts alone")
-    assert kept["notes"][0].startswith("Without 3 of 9 cells")  # the judge's, too
-    questions = [found[name]["rows"] for name in ("mcq", "mcq-first-attempts")]
-    assert [{row["n"] for row in rows} for rows in questions] == [{3}, {2}]
-    (section,) = json.loads(invoke("report", "results/all.db", "--json").stdout)
-    assert {*found} < {table["name"] for table in section["tables"]}
-    assert not [name for name in tables("bench", "mcq", "q.jsonl") if "first" in name]

@@ -27,9 +27,9 @@ from typer.testing import CliRunner
 import goalscope
 from goalscope.cli.main import app
 from goalscope.datasets import read_cases
+from goalscope.datasets.case import read_dialogues
 from goalscope.envs import grocery, house
-from goalscope.experiment.infer import read_dialogues
-from goalscope.experiment.plan_reading import read_experiment
+from goalscope.experiment.plan import read_experiment
 from goalscope.study.plan import read_plan
 
 ROOT = Path(__file__).parents[1]

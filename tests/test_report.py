@@ -13,8 +13,7 @@ from typer.testing import CliRunner
 
 from goalscope.base.types import GoalscopeError, InvalidInputError
 from goalscope.cli.report import report
-from goalscope.experiment.dialogues import read_dialogues
-from goalscope.experiment.predictors import PREDICTORS, SEEN, UNIFORM
+from goalscope.experiment.dialogues import PREDICTORS, SEEN, UNIFORM, read_dialogues
 from goalscope.experiment.results import Results
 from goalscope.report import read_report, write_report
 from goalscope.report.figures import belief_figures, draw_figure

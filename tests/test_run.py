@@ -14,8 +14,9 @@ import pytest
 
 from fakes import NamedModel
 from goalscope.base.types import GoalscopeError, InvalidInputError
-from goalscope.experiment import identity, work
+from goalscope.experiment import measure as measuring
 from goalscope.experiment import run as runs
+from goalscope.experiment.measure import measure, perform
 from goalscope.experiment.plan import (
     DialoguesPart,
     EpisodesPart,
@@ -25,7 +26,6 @@ from goalscope.experiment.plan import (
 )
 from goalscope.experiment.results import Results, cell_key
 from goalscope.experiment.tables import tables_of
-from goalscope.experiment.work import measure, perform
 from goalscope.storage.tables import CELLS
 
 SOURCE = str(Path(__file__).parents[1] / "src")
@@ -72,9 +72,9 @@ def fake(monkeypatch):
             raise state["error"]
         return {"value": spec["n"] / 3}
 
-    monkeypatch.setitem(work.KINDS, "fake", fake_cell)
-    monkeypatch.setattr(identity, "_fingerprints", {})
-    for module in (work, identity):
+    monkeypatch.setitem(measuring.KINDS, "fake", fake_cell)
+    monkeypatch.setattr(measuring, "_fingerprints", {})
+    for module in (measuring,):
         monkeypatch.setattr(module, "opened", lambda model: NamedModel())
     return state
 
@@ -135,7 +135,7 @@ def test_five_failures_in_a_row_stop_and_four_do_not(results, fake):
 
 
 def test_a_result_that_cannot_be_stored_is_an_error_of_its_cell(results, monkeypatch, fake):
-    monkeypatch.setitem(work.KINDS, "odd", lambda model, spec: {"value": float("nan")})
+    monkeypatch.setitem(measuring.KINDS, "odd", lambda model, spec: {"value": float("nan")})
     steps = run([{"kind": "odd", "n": 0, "model": {}}, *fakes(2)], results)
     assert "cannot be stored" in steps[1][1]
     assert [cell.result is None for cell in results.cells()] == [True, False, False]
@@ -165,7 +165,7 @@ def test_a_person_who_is_edited_is_measured_again_and_nobody_else_is(tmp_path):
 def test_what_was_measured_with_another_model_is_not_mixed(results, fake, monkeypatch):
     run(fakes(1), results)
     monkeypatch.setattr(NamedModel, "fingerprint", "words 2")
-    monkeypatch.setattr(identity, "_fingerprints", {})
+    monkeypatch.setattr(measuring, "_fingerprints", {})
     with pytest.raises(InvalidInputError, match="another model SmolLM2"):
         run(fakes(2), results)
     assert len(results.asked_for()) == 1  # the plan that was refused takes the place of none
@@ -179,7 +179,7 @@ def test_what_was_measured_with_another_model_is_not_mixed(results, fake, monkey
 
 def test_a_worker_refuses_a_cell_that_it_would_measure_with_something_else(fake):
     (spec,) = fakes(1)
-    own = identity.identity_of({})
+    own = measuring.identity_of({})
     assert perform({"spec": spec, "identity": own}) == {"value": 0}
     with pytest.raises(GoalscopeError, match="another prompts"):
         perform({"spec": spec, "identity": {**own, "prompts": "old"}})
@@ -199,8 +199,8 @@ def test_the_evaluators_cells_come_after_the_episodes(results, fake, tmp_path, m
         order.append(("judge", spec["of"]["profile"]))
         return {"trials": []}
 
-    monkeypatch.setitem(work.KINDS, "episode", fake_episode)
-    monkeypatch.setitem(work.KINDS, "judge", fake_judge)
+    monkeypatch.setitem(measuring.KINDS, "episode", fake_episode)
+    monkeypatch.setitem(measuring.KINDS, "judge", fake_judge)
     plan = shop(tmp_path, "silent", "shopper")
     judged = Experiment("x", episodes=plan.episodes, judge=Judge(trials=2))
     specs = specs_of(judged, None)
@@ -210,7 +210,7 @@ def test_the_evaluators_cells_come_after_the_episodes(results, fake, tmp_path, m
 
 
 def test_an_episode_becomes_one_of_the_store(results, tmp_path, model, monkeypatch):
-    monkeypatch.setattr(work, "opened", lambda spec: model)
+    monkeypatch.setattr(measuring, "opened", lambda spec: model)
     (spec,) = specs_of(shop(tmp_path, "shopper"), None)
     (cell,) = results.plan([spec])
     outcome = measure(spec)
@@ -274,7 +274,7 @@ def test_a_worker_loads_a_domain_of_ones_own(fake, tmp_path, monkeypatch):
     monkeypatch.setattr("goalscope.agent.settings._OWN", {})
     with pytest.raises(InvalidInputError, match="only runs if you name it"):
         measure(spec)
-    assert perform({"spec": spec, "identity": identity.identity_of({})})["rounds"] == 3
+    assert perform({"spec": spec, "identity": measuring.identity_of({})})["rounds"] == 3
 
 
 def test_an_error_in_a_file_of_ones_own_is_told_with_its_line(fake, results, tmp_path):

@@ -11,8 +11,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from goalscope.base.stats import Interval, proportion
-from goalscope.experiment.questions import question_tables
 from goalscope.experiment.summary import Estimate, Labels, Table, averaged, few_notes, slug
+from goalscope.experiment.tables import question_tables
 
 pytest.importorskip("scipy.stats")
 

@@ -9,6 +9,7 @@ import pytest
 from goalscope.base.stats import Interval, bootstrap_mean
 from goalscope.belief.calibration import LAST_TURN, Calibration
 from goalscope.experiment.dialogues import (
+    FITTED_FROM,
     after_turn,
     area,
     dialogue_table,
@@ -17,7 +18,6 @@ from goalscope.experiment.dialogues import (
     read_dialogues,
     reliability_of,
 )
-from goalscope.experiment.predictors import FITTED_FROM
 from goalscope.experiment.summary import Estimate, Table, few_notes, mean_of
 from test_summary import MODEL, column, row
 

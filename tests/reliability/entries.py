@@ -20,16 +20,16 @@ from goalscope.agent.toolkit import toolkit_of
 from goalscope.base.types import UNSPECIFIED, Goal, GoalscopeError, UnreadableAnswerError
 from goalscope.belief.calibration import DEFAULT, calibration_named
 from goalscope.belief.goal_manager import propose
+from goalscope.datasets.case import read_dialogues
 from goalscope.envs import grocery, house
 from goalscope.envs.grocery import Catalogue, GroceryShop
 from goalscope.envs.grocery.profiles import checks_met
 from goalscope.envs.house.profiles import checks_met as conditions_met
 from goalscope.envs.house.simulator.scenes import read_scene
 from goalscope.envs.house.simulator.state import State
-from goalscope.experiment.infer import read_dialogues
 from goalscope.experiment.judge import judge
 from goalscope.experiment.multiple_choice import read_questions
-from goalscope.experiment.plan_reading import read_experiment
+from goalscope.experiment.plan import read_experiment
 from goalscope.language.dialogue_state import DialogueState
 from goalscope.study.plan import read_plan
 from houses import house as home

@@ -26,10 +26,10 @@ from fakes import WordModel
 from goalscope.base.types import GoalscopeError, InvalidInputError
 from goalscope.belief.calibration import DEFAULT, calibration_named, keep_calibration
 from goalscope.belief.likelihood import RolePlay
-from goalscope.experiment import identity
-from goalscope.experiment.infer import infer, read_dialogues, trim_output
-from goalscope.experiment.plan import specs_of
-from goalscope.experiment.plan_reading import read_experiment
+from goalscope.datasets.case import read_dialogues
+from goalscope.experiment import measure as measuring
+from goalscope.experiment.infer import infer, trim_output
+from goalscope.experiment.plan import read_experiment, specs_of
 from goalscope.experiment.results import Results
 from goalscope.experiment.run import run
 from goalscope.storage import opening
@@ -68,9 +68,9 @@ def test_every_commit_is_on_disk_before_it_is_told(
         commit(self, connection)
 
     monkeypatch.setattr(DefaultDialect, "do_commit", asked)
-    for module in (identity, fork.importlib.import_module("goalscope.experiment.work")):
+    for module in (measuring, fork.importlib.import_module("goalscope.experiment.measure")):
         monkeypatch.setattr(module, "opened", lambda model, *_: NamedModel())
-    monkeypatch.setattr(identity, "_fingerprints", {})
+    monkeypatch.setattr(measuring, "_fingerprints", {})
     folder = furnish(tmp_path / "run")
     plan = read_experiment(folder / "tiny.toml")
     with Results.open(folder / "tiny.db") as results:

@@ -13,9 +13,8 @@ import pytest
 
 import goalscope
 from goalscope.base.types import InvalidInputError
-from goalscope.experiment import identity, work
-from goalscope.experiment.plan import specs_of
-from goalscope.experiment.plan_reading import read_experiment
+from goalscope.experiment import measure as measuring
+from goalscope.experiment.plan import read_experiment, specs_of
 from goalscope.experiment.results import Results
 from goalscope.experiment.run import run
 from goalscope.experiment.tables import tables_of
@@ -31,7 +30,7 @@ def package(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Path]:
     ignored = shutil.ignore_patterns("__pycache__")
     shutil.copytree(Path(goalscope.__file__).parent, copy, ignore=ignored)
     monkeypatch.setattr(goalscope, "__file__", str(copy / "__init__.py"))
-    for module in (work, identity):
+    for module in (measuring,):
         monkeypatch.setattr(module, "opened", lambda model, *_: NamedModel(REPLIES))
     monkeypatch.setattr("goalscope.models.opening.open_model", lambda *_, **__: NamedModel(REPLIES))
     _forget()
@@ -41,8 +40,8 @@ def package(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Path]:
 
 def _forget() -> None:
     """As a new process would."""
-    identity.own_identity.cache_clear()
-    identity._fingerprints.clear()
+    measuring.own_identity.cache_clear()
+    measuring._fingerprints.clear()
 
 
 def append(path: str) -> Callable[[Path, pytest.MonkeyPatch], None]:

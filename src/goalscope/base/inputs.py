@@ -163,13 +163,18 @@ def _message(error: ValidationError, data: object, adapter: TypeAdapter[Any], la
     if _has_unknown_key(first):
         key = str(loc[-2] if loc[-1] == "[key]" else loc[-1])
         return f"{place}: the key {shown(key)} is unknown; {nearest(key, known)}"
-    if kind == "literal_error":
+    same = [one for one, at in errors if at == place]
+    if all(one["type"] == "literal_error" for one in same):
         return f"{place}: {value} is unknown; {nearest(str(first['input']), known)}"
     if kind == "value_error":
         return f"{place}: {first.get('ctx', {})['error']}"
     subject = f"{place.table}: {place.key!r}" if place.key else place.table
-    kinds = [_MUST_BE[one["type"]] for one, at in errors if at == place and one["type"] in _MUST_BE]
-    if kinds:
+    kinds = [
+        _MUST_BE.get(one["type"]) or one.get("ctx", {})["expected"]
+        for one in same
+        if one["type"] in (*_MUST_BE, "literal_error")
+    ]
+    if kind in (*_MUST_BE, "literal_error"):
         return f"{subject} must be {' or '.join(dict.fromkeys(kinds))}, not {value}."
     text = re.sub(r"^\w+ should", "must", first["msg"]).replace(" after validation", "")
     text = text.replace("greater than or equal to", "at least")

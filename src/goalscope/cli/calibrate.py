@@ -16,10 +16,8 @@ from goalscope.cli.terminal import console, progress
 if TYPE_CHECKING:
     from goalscope.experiment.fit_calibration import Observed
 
-__all__ = ["calibrate"]
-
 PEOPLE = 50
-"""Number of people from which a calibration is saved without --anyway.
+"""Number of people from which a calibration may become a model's own.
 
 With fewer dialogues there is no conformal threshold at 0.02, and a set that covers 90 % of them
 might cover only 79 % of others (95 % interval).
@@ -30,7 +28,7 @@ OWN, HELD_OUT = "the model's own", "held out"
 
 
 class Way(NamedTuple):
-    """How dialogues were scored: the model (JSON) and the prompt."""
+    """How dialogues were scored: the model (JSON) and where its prompt states the goal."""
 
     model: str
     layout: str
@@ -57,23 +55,24 @@ def calibrate(
     ] = None,
     out: Annotated[
         Path | None,
-        typer.Option(
-            metavar="FILE",
-            help="Write the calibration to this file only, for use with --calibration. Needs "
-            "results of a single model.",
-        ),
+        typer.Option(metavar="FILE", help="Write it to this file, for use with --calibration."),
     ] = None,
+    save: Annotated[
+        bool,
+        typer.Option(
+            "--save",
+            help="Use it from now on wherever this model runs on this machine. Needs dialogues of "
+            f"{PEOPLE} people.",
+        ),
+    ] = False,
     only: Annotated[
         str | None,
         typer.Option(metavar="NAME", help="Use only this model and layout, by the name shown."),
     ] = None,
-    anyway: Annotated[
-        bool, typer.Option("--anyway", help=f"Save it even with fewer than {PEOPLE} people.")
-    ] = False,
     reset: Annotated[
         bool,
         typer.Option(
-            "--reset", help="Delete your own calibrations, or only the one named by --only."
+            "--reset", help="Delete the calibrations that you saved, or the one named by --only."
         ),
     ] = False,
     as_json: Json = False,
@@ -81,37 +80,29 @@ def calibrate(
     """Fit how evidence becomes probabilities, so that beliefs are calibrated.
 
     From dialogues with known goals, it fits the divisor of the evidence (the temperature), what
-    "Unspecified" is compared with (the reference), and the thresholds of the conformal sets. The
-    calibration is saved for the model with its adapter and prompt, and replaces the one that ships
-    with goalscope wherever that model is used.
+    "Unspecified" is compared with (the reference), and the thresholds of the conformal sets. It
+    shows how good they are, and saves them only with --out or --save.
     """
     if reset:
-        if results or out:
-            raise InvalidInputError(
-                "--reset deletes calibrations. Leave out the results and --out."
-            )
+        if results or out or save:
+            raise InvalidInputError("--reset deletes calibrations. Leave out all but --only.")
         _reset(only, as_json=as_json)
         return
-    ways = _read(results or [], only)
-    if out and len(ways) > 1:
-        raise InvalidInputError(
-            f"These files hold dialogues scored in {len(ways)} different ways: "
-            f"{'; '.join(way.name for way in ways)}. Choose one with --only, or leave out "
-            "--out to save each for its own model."
-        )
-    observed = _observed(ways, keeps=not (anyway or out))
-    made = [_fit(way, found, out) for way, found in observed.items()]
+    way, cells = _read(results or [], only)
+    found = _observed(way, cells, saves=save)
+    made, fitted = _fit(way, found)
+    files = _save(way, made, fitted, out, save=save)
     if as_json:
-        print(json.dumps(made))
+        print(json.dumps({**made, "files": files}))
     else:
-        _show(made, kept=out is None)
+        _show(way, made, files)
 
 
-def _read(results: Sequence[Path], only: str | None) -> dict[Way, Cells]:
-    """The dialogues in files of results, grouped by how they were scored.
+def _read(results: Sequence[Path], only: str | None) -> tuple[Way, Cells]:
+    """The dialogues in files of results, which were all scored in one way.
 
     Raises:
-        InvalidInputError: There are none.
+        InvalidInputError: There are none, or they were scored in several ways.
     """
     from goalscope.experiment.results import Results
 
@@ -131,13 +122,18 @@ def _read(results: Sequence[Path], only: str | None) -> dict[Way, Cells]:
     if not ways:
         raise InvalidInputError("These files hold no dialogues with known goals.")
     chosen = {way: cells for way, cells in ways.items() if only in (None, way.name)}
+    known = "; ".join(way.name for way in ways)
     if not chosen:
-        known = "; ".join(way.name for way in ways)
         raise InvalidInputError(f"These files have no results of {only!r}. They have: {known}.")
-    return chosen
+    if len(chosen) > 1:
+        raise InvalidInputError(
+            f"These files hold dialogues scored in {len(chosen)} ways: {known}. Choose one with "
+            "--only."
+        )
+    return next(iter(chosen.items()))
 
 
-def _observed(ways: Mapping[Way, Cells], *, keeps: bool) -> dict[Way, list[Observed]]:
+def _observed(way: Way, cells: Cells, *, saves: bool) -> list[Observed]:
     """The dialogues that a calibration can be fitted to.
 
     Raises:
@@ -145,30 +141,27 @@ def _observed(ways: Mapping[Way, Cells], *, keeps: bool) -> dict[Way, list[Obser
     """
     from goalscope.experiment.fit_calibration import observed_in
 
-    learned = sum(bool(result.get("learned")) for cells in ways.values() for _, result in cells)
-    if learned:
+    if learned := sum(bool(result.get("learned")) for _, result in cells):
         console(stderr=True).print(
             f"Left out: {pluralize(learned, 'dialogue')} that the adapter was trained on."
         )
-    observed = {way: observed_in(cells) for way, cells in ways.items()}
-    people = {way: len({each.group for each in found}) for way, found in observed.items()}
-    if min(people.values()) < 3:
+    found = observed_in(cells)
+    people = len({each.group for each in found})
+    if people < 3:
         raise InvalidInputError(
-            "Too few people: some are needed for fitting, others for validation. Each model "
-            "needs dialogues of at least three people, with at least three goals each."
+            "Too few people: some are needed for fitting, others for validation. Give dialogues "
+            "of at least three people, with at least three goals each."
         )
-    few = [f"{way.name} (of {n})" for way, n in people.items() if n < PEOPLE]
-    if few and keeps:
+    if saves and people < PEOPLE:
         raise InvalidInputError(
-            f"Nothing was saved: {'; '.join(few)}. A calibration that becomes the default "
-            f"needs dialogues of {PEOPLE} people. Use --anyway to save it all the same, or "
-            "--out FILE to try it with --calibration."
+            f"Nothing was saved: {way.name} has dialogues of {people} people, and --save needs "
+            f"{PEOPLE}. Use --out FILE to try it with --calibration."
         )
-    return observed
+    return found
 
 
-def _fit(way: Way, found: Sequence[Observed], out: Path | None) -> dict[str, Any]:
-    """Fit a calibration, save it, and compare it with others."""
+def _fit(way: Way, found: Sequence[Observed]) -> tuple[dict[str, Any], Any]:
+    """Fit a calibration, and compare it with others."""
     from collections import Counter
     from contextlib import suppress
     from dataclasses import asdict
@@ -176,47 +169,66 @@ def _fit(way: Way, found: Sequence[Observed], out: Path | None) -> dict[str, Any
     from goalscope.belief import calibration as calibrations
     from goalscope.belief.calibration import DEFAULT, PAPER, Calibration
     from goalscope.experiment.fit_calibration import fit_calibration, quality
-    from goalscope.experiment.identity import opened
     from goalscope.models.opening import model_label
 
-    model = json.loads(way.model)
-    scorer, origin = opened(model).speaker, ""
+    origin = ""
     beside: dict[str, Calibration | None] = {"Eq. 1": PAPER, "default": DEFAULT}
     with suppress(InvalidInputError):  # a broken file of one's own
-        known, origin = calibrations.known_calibration(scorer, way.layout)
+        known, origin = calibrations.known_calibration(_scorer(way), way.layout)
         if origin in (calibrations.YOURS, calibrations.SHIPPED):
             beside[OWN] = known
     beside[HELD_OUT] = None
     rows: dict[str, Any] = {}
-    with progress(f"Fitting {model_label(model)}") as show:
-        for name, each in beside.items():
+    name = model_label(json.loads(way.model))
+    with progress(f"Fitting {name}") as show:
+        for row, each in beside.items():
             show(len(rows), len(beside) + 1)
-            rows[name] = asdict(quality(found, each))
+            rows[row] = asdict(quality(found, each))
         show(len(rows), len(beside) + 1)
         fitted = fit_calibration(found)
-    about: dict[str, Any] = {
-        "model": model_label(model),
+    # The user's earlier one may have been fitted on these very people.
+    fair = [row for row in rows if row != OWN or origin == calibrations.SHIPPED]
+    best = min(fair, key=lambda row: (rows[row]["log_loss"], row != HELD_OUT))
+    made = {
+        "model": name,
         "layout": way.layout,
         "dialogues": dict(Counter(each.origin for each in found)),
         "quality": rows,
+        "calibration": asdict(fitted),
+        "better": None if best == HELD_OUT else best,
     }
-    file = out or calibrations.calibration_file(scorer, way.layout)
-    calibrations.keep_calibration(file, fitted, about)
-    # The user's earlier one may have been fitted on these very people.
-    fair = [name for name in rows if name != OWN or origin == calibrations.SHIPPED]
-    best = min(fair, key=lambda name: (rows[name]["log_loss"], name != HELD_OUT))
-    better = None if best == HELD_OUT else best
-    return {**about, "file": str(file), "calibration": asdict(fitted), "better": better}
+    return made, fitted
+
+
+def _scorer(way: Way) -> Any:
+    from goalscope.experiment.measure import opened
+
+    return opened(json.loads(way.model)).speaker
+
+
+def _save(
+    way: Way, made: Mapping[str, Any], fitted: Any, out: Path | None, *, save: bool
+) -> list[str]:
+    """Write the files that were asked for."""
+    from goalscope.belief.calibration import calibration_file, keep_calibration
+
+    files = [out] if out else []
+    if save:
+        files.append(calibration_file(_scorer(way), way.layout))
+    about = {key: made[key] for key in ("model", "layout", "dialogues", "quality")}
+    for file in files:
+        keep_calibration(file, fitted, about)
+    return [*map(str, files)]
 
 
 def _reset(only: str | None, *, as_json: bool) -> None:
     from goalscope.base.text import terminal_safe
     from goalscope.belief.calibration import own_calibrations
 
-    known: dict[Path, str] = {}
-    for file, about in own_calibrations().items():
-        model, layout = about.get("model", file.name), about.get("layout", "unreadable")
-        known[file] = f"{model}, {layout}"
+    known = {
+        file: f"{about.get('model', file.name)}, {about.get('layout', 'unreadable')}"
+        for file, about in own_calibrations().items()
+    }
     gone = {file: name for file, name in known.items() if only in (None, name)}
     if only and not gone:
         there = f"There are: {'; '.join(known.values())}." if known else "There are none."
@@ -238,40 +250,37 @@ def _reset(only: str | None, *, as_json: bool) -> None:
     console().print(terminal_safe(said), soft_wrap=True)
 
 
-def _show(made: Sequence[Mapping[str, Any]], *, kept: bool) -> None:
+def _show(way: Way, made: Mapping[str, Any], files: Sequence[str]) -> None:
     from rich.box import SIMPLE_HEAD
     from rich.table import Table as Grid
 
     from goalscope.base.text import terminal_safe
 
     out = console()
-    for each in made:
-        dialogues = ", ".join(f"{n} of {name}" for name, n in each["dialogues"].items())
-        name = f"{each['model']}, {each['layout']}"
-        grid = Grid(
-            title=terminal_safe(f"{name}: {dialogues}"),
-            title_justify="left",
-            box=SIMPLE_HEAD,
+    dialogues = ", ".join(f"{n} of {name}" for name, n in made["dialogues"].items())
+    grid = Grid(
+        title=terminal_safe(f"{way.name}: {dialogues}"), title_justify="left", box=SIMPLE_HEAD
+    )
+    for heading in ("belief", "log-loss", "AUROC", "90 % set: present", "absent", "size"):
+        grid.add_column(heading)
+    for name, row in made["quality"].items():
+        shares = [f"{100 * share:.1f} %" for share in row["coverage"] or ()] or ["", ""]
+        size = "" if row["size"] is None else f"{row['size']:.1f}"
+        grid.add_row(name, f"{row['log_loss']:.3f}", f"{row['auroc']:.3f}", *shares, size)
+    out.print(grid)
+    fitted = made["calibration"]
+    saved = f"saved in {' and '.join(files)}." if files else "not saved."
+    out.print(
+        terminal_safe(
+            f"temperature {fitted['temperature']:g}, reference {fitted['reference']:g}, "
+            f"switching {fitted['switching']:g}; {saved}"
         )
-        for heading in ("belief", "log-loss", "AUROC", "90 % set: present", "absent", "size"):
-            grid.add_column(heading)
-        for name, row in each["quality"].items():
-            shares = [f"{100 * share:.1f} %" for share in row["coverage"] or ()] or ["", ""]
-            size = "" if row["size"] is None else f"{row['size']:.1f}"
-            grid.add_row(name, f"{row['log_loss']:.3f}", f"{row['auroc']:.3f}", *shares, size)
-        out.print(grid)
-        fitted = each["calibration"]
-        out.print(
-            terminal_safe(
-                f"temperature {fitted['temperature']:g}, reference {fitted['reference']:g}, "
-                f"switching {fitted['switching']:g}; saved in {each['file']}"
-            )
-        )
-        if best := each["better"]:
-            loss, least = (each["quality"][name]["log_loss"] for name in (HELD_OUT, best))
-            said = f'By log-loss, "{best}" ({least:.3f}) is better than the calibration fitted on '
-            said += f"other people ({loss:.3f}). More dialogues may change that."
-            out.print(terminal_safe(said, "yellow"), soft_wrap=True)
+    )
+    if best := made["better"]:
+        loss, least = (made["quality"][name]["log_loss"] for name in (HELD_OUT, best))
+        said = f'By log-loss, "{best}" ({least:.3f}) is better than the calibration fitted on '
+        said += f"other people ({loss:.3f}). More dialogues may change that."
+        out.print(terminal_safe(said, "yellow"), soft_wrap=True)
     out.print(
         terminal_safe(
             "Log-loss is averaged over cases with the true goal among the goals and cases "
@@ -281,5 +290,5 @@ def _show(made: Sequence[Mapping[str, Any]], *, kept: bool) -> None:
             "dim",
         )
     )
-    if kept:
-        out.print("`goalscope calibrate --reset` deletes your own calibrations.")
+    if not files:
+        out.print("--out FILE writes it for --calibration; --save makes it this model's own.")

@@ -97,7 +97,7 @@ def mcq(
         f"Isolated inference: {Path(name).name}",
         "Sec. 4.1",
         (_model(model, generator, scorer, tokenizer, adapter),),
-        questions=(part,),
+        mcq=(part,),
     )
     _run(plan, data, results, on, workers, anyway, as_json)
 
@@ -202,7 +202,7 @@ def run_experiment(
 
     Results are saved as they come; after an interruption, the same command continues.
     """
-    from goalscope.experiment.plan_reading import read_experiment
+    from goalscope.experiment.plan import read_experiment
 
     plan = read_experiment(file)
     if model or generator:
@@ -220,12 +220,11 @@ def _run(
     as_json: bool,
 ) -> None:
     from goalscope.datasets import named_folder
-    from goalscope.experiment.identity import opened
-    from goalscope.experiment.locking import sole
+    from goalscope.experiment.measure import opened
     from goalscope.experiment.plan import judging, specs_of
-    from goalscope.experiment.results import Results
+    from goalscope.experiment.results import Results, sole
     from goalscope.experiment.run import check_packages, run
-    from goalscope.experiment.tables import first_attempts, tables_of
+    from goalscope.experiment.tables import tables_of
 
     if on not in (None, "dask") and not re.match(r"\w+://[^/]+:\d+$", on or ""):
         raise InvalidInputError(
@@ -271,7 +270,7 @@ def _run(
             raise
         planned = kept.planned(specs)
         cells = kept.planned([*specs, *judging(plan, planned)])
-        show_tables([*tables_of(cells), *first_attempts(cells)], as_json)
+        show_tables(tables_of(cells), as_json)
     if done and not as_json:
         drawing = shlex.join(["goalscope", "report", str(path)])
         typer.echo(f"Figures: {drawing} draws them.", err=True)

@@ -53,10 +53,11 @@ def infer(
     from goalscope.base.text import model_shown, terminal_safe
     from goalscope.belief.calibration import calibration_named
     from goalscope.belief.likelihood import RolePlay
-    from goalscope.experiment.identity import hashes_of, own_identity
+    from goalscope.datasets.case import read_dialogues
     from goalscope.experiment.infer import infer as infer_dialogues
-    from goalscope.experiment.infer import read_dialogues, trim_output
-    from goalscope.experiment.locking import sole
+    from goalscope.experiment.infer import trim_output
+    from goalscope.experiment.measure import hashes_of, own_identity
+    from goalscope.experiment.results import sole
     from goalscope.models.opening import adapter_metadata
 
     if not out.absolute().parent.is_dir():

@@ -17,8 +17,6 @@ from goalscope.models import Generator
 from goalscope.models.embedding import embedded
 from goalscope.prompts import render
 
-__all__ = ["bm25", "embedding", "outright", "overlap", "tfidf"]
-
 Array = npt.NDArray[np.float64]
 
 _STOPWORDS = frozenset({

@@ -11,9 +11,8 @@ import numpy.typing as npt
 
 from goalscope.belief.calibration import DEFAULT, PAPER, Calibration, calibration_from_json
 from goalscope.belief.goal_manager import UNEXPLAINED
-from goalscope.experiment.dialogues import area, by_settings, reliability_of
+from goalscope.experiment.dialogues import GOALSCOPE, among_goals, area, by_settings, reliability_of
 from goalscope.experiment.fit_calibration import Observed, Tables, observed_in
-from goalscope.experiment.predictors import GOALSCOPE, among_goals
 from goalscope.experiment.summary import (
     NO_INTERVAL,
     Columns,
@@ -25,8 +24,6 @@ from goalscope.experiment.summary import (
     count,
     rows_of,
 )
-
-__all__ = ["AGENT", "EQ1", "TURN", "belief_table"]
 
 Array = npt.NDArray[np.float64]
 

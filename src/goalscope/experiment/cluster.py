@@ -19,8 +19,6 @@ from typing import Any
 from goalscope.base.optional_packages import package
 from goalscope.base.types import GoalscopeError, InvalidInputError
 
-__all__ = ["on_cluster"]
-
 Perform = Callable[[Mapping[str, Any]], dict[str, Any]]
 
 _GLANCE = 0.5  # seconds between two looks at which workers live
@@ -55,41 +53,21 @@ def on_cluster(
             afterwards, and finishes the cells that it has begun. None for processes of this
             machine, which nobody else can reach.
         workers: Number of processes; ignored for the cluster at `address`.
-        attempts: Worker deaths after which a cell counts as an error. The scheduler at `address`
-            may allow more, by its own `distributed.scheduler.allowed-failures`.
+        attempts: Worker deaths after which a cell counts as an error; the scheduler at `address`
+            has its own `distributed.scheduler.allowed-failures`.
 
     Raises:
-        InvalidInputError: The arguments are invalid, or nothing answers at `address`.
+        InvalidInputError: Nothing answers at `address`.
         GoalscopeError: Dask is missing, or the cluster is lost or has no worker for a minute.
     """
-    if workers < 1 or attempts < 1:
-        raise InvalidInputError(
-            f"Expected at least one worker and one attempt, got {workers} and {attempts}."
-        )
-    if len({key for key, _ in cells}) < len(cells):
-        raise InvalidInputError("Two cells have the same key. Give each its own.")
     for module in ("distributed", "cryptography"):
         package(module, "A cluster needs", GoalscopeError)
-    return _spread(cells, perform, address, workers, attempts)
-
-
-def _spread(
-    cells: Sequence[tuple[str, Mapping[str, Any]]],
-    perform: Perform,
-    address: str | None,
-    workers: int,
-    attempts: int,
-) -> Generator[tuple[str, dict[str, Any] | Exception, int]]:
-    waiting = deque((key, spec, 0) for key, spec in cells)  # with the workers that died of it
-    flying: dict[str, tuple[Any, str, Mapping[str, Any], int]] = {}
+    waiting, flying = deque(cells), dict[str, str]()
     landed: SimpleQueue[Any] = SimpleQueue()
-    if not waiting:
-        return
-    with _connected(address, workers) as client:
+    with _connected(address, workers, attempts) as client:
         last_alive = time.monotonic()
         while waiting or flying:
-            alive = _alive(client)
-            if alive:
+            if alive := len(client.nthreads()):
                 last_alive = time.monotonic()
             elif time.monotonic() - last_alive > _PATIENCE:
                 raise GoalscopeError(
@@ -97,7 +75,7 @@ def _spread(
                     "they end, or start new ones, and run this again."
                 )
             while waiting and len(flying) < alive:  # no cell waits at a worker that may die
-                key, spec, deaths = waiting.popleft()
+                key, spec = waiting.popleft()
                 future = client.submit(
                     _perform_alone,
                     perform,
@@ -105,26 +83,14 @@ def _spread(
                     key=f"goalscope-{uuid.uuid4().hex}",
                     pure=False,
                 )
-                flying[future.key] = future, key, spec, deaths
+                flying[future.key] = key
                 future.add_done_callback(landed.put)
             try:
                 future = landed.get(timeout=_GLANCE)
             except Empty:
                 continue
-            _, key, spec, deaths = flying.pop(future.key)
-            outcome, more_deaths = _outcome(client, future, address is not None)
-            future.release()  # else it is performed again when its worker dies later
-            deaths += more_deaths
-            if outcome is not None:
-                yield key, outcome, deaths + 1
-            elif deaths < attempts:
-                waiting.appendleft((key, spec, deaths))
-            else:
-                error = GoalscopeError(
-                    f"All {deaths} workers that ran this cell died. Is there enough memory "
-                    "for so many workers?"
-                )
-                yield key, error, deaths
+            yield flying.pop(future.key), *_outcome(client, future)
+            future.release()
 
 
 def _perform_alone(perform: Perform, spec: bytes) -> bytes:
@@ -132,43 +98,24 @@ def _perform_alone(perform: Perform, spec: bytes) -> bytes:
         return pickle.dumps(perform(pickle.loads(spec)))
 
 
-def _outcome(
-    client: Any, future: Any, retried: bool
-) -> tuple[dict[str, Any] | Exception | None, int]:
-    """The outcome of a cell, None if its workers died, and the number of deaths."""
+def _outcome(client: Any, future: Any) -> tuple[dict[str, Any] | Exception, int]:
+    """The result of a cell or its error, and the number of attempts."""
     distributed = importlib.import_module("distributed")
-    try:
-        error = future.exception()
-        if isinstance(error, distributed.scheduler.KilledWorker):
-            return None, error.allowed_failures + 1
-        outcome = pickle.loads(future.result()) if error is None else error
-        return outcome, _deaths(client, future.key) if retried else 0
-    except (OSError, asyncio.CancelledError, distributed.client.FutureCancelledError) as error:
-        raise _lost(error) from error
 
+    def deaths(dask_scheduler: Any) -> int:  # nested, so the scheduler need not have goalscope
+        return dask_scheduler.tasks[future_key].suspicious
 
-def _deaths(client: Any, key: str) -> int:
-    """How many workers died before one finished this task; a local scheduler never retries."""
-
-    def count(dask_scheduler: Any) -> int:  # nested, so the scheduler need not have goalscope
-        return dask_scheduler.tasks[key].suspicious
-
-    return client.run_on_scheduler(count)
-
-
-def _alive(client: Any) -> int:
-    try:
-        return len(client.nthreads())
-    except OSError as error:
-        raise _lost(error) from error
-
-
-def _lost(error: BaseException) -> GoalscopeError:
-    return GoalscopeError(f"Lost the cluster's scheduler ({error}). Start it and run this again.")
+    future_key, error = future.key, future.exception()
+    if isinstance(error, distributed.scheduler.KilledWorker):
+        tries = error.allowed_failures + 1
+        cause = f"All {tries} workers that ran this cell died. Is there enough memory for so many?"
+        return GoalscopeError(cause), tries
+    outcome = pickle.loads(future.result()) if error is None else error
+    return outcome, client.run_on_scheduler(deaths) + 1
 
 
 @contextmanager
-def _connected(address: str | None, workers: int) -> Generator[Any]:
+def _connected(address: str | None, workers: int, attempts: int) -> Generator[Any]:
     distributed = importlib.import_module("distributed")
     with ExitStack() as stack:
         stack.enter_context(distributed.utils.silence_logging_cmgr(_QUIET))
@@ -176,7 +123,7 @@ def _connected(address: str | None, workers: int) -> Generator[Any]:
             if address is not None:  # a client that cannot read it would linger
                 distributed.comm.get_address_host_port(address)
             client = distributed.Client(
-                address or stack.enter_context(_local_cluster(workers)),
+                address or stack.enter_context(_local_cluster(workers, attempts)),
                 set_as_default=False,
                 timeout=10,
             )
@@ -185,11 +132,17 @@ def _connected(address: str | None, workers: int) -> Generator[Any]:
                 f'No Dask scheduler answers at "{address}" ({error}). Use the address that '
                 "`dask scheduler` printed."
             ) from error
-        yield stack.enter_context(client)
+        stack.enter_context(client)
+        try:
+            yield client
+        except (OSError, asyncio.CancelledError, distributed.client.FutureCancelledError) as error:
+            raise GoalscopeError(
+                f"Lost the cluster's scheduler ({error}). Start it and run this again."
+            ) from error
 
 
 @contextmanager
-def _local_cluster(workers: int) -> Generator[Any]:
+def _local_cluster(workers: int, attempts: int) -> Generator[Any]:
     """Processes on the loopback interface, with keys that only this process has."""
     dask = importlib.import_module("dask.system")
     config = importlib.import_module("dask.config")
@@ -205,7 +158,7 @@ def _local_cluster(workers: int) -> Generator[Any]:
                 security=distributed.Security.temporary(),
                 dashboard_address=None,
                 scheduler_kwargs={
-                    "allowed_failures": 0,
+                    "allowed_failures": attempts - 1,
                     "dashboard": False,
                     "dashboard_address": "127.0.0.1:0",
                 },

@@ -33,21 +33,6 @@ from goalscope.experiment.summary import (
     slug,
 )
 
-__all__ = [
-    "DEFAULTS",
-    "JUDGE_NOTES",
-    "METHODS",
-    "Reading",
-    "episode_tables",
-    "evaluator_of",
-    "headings_of_judges",
-    "method_rows",
-    "methods_of",
-    "outcome_of",
-    "read_episodes",
-    "reading_of",
-]
-
 METHODS = ("good", "no-goals", "no-inference")
 """The methods of the paper (Sec. 4.3), in its order; others follow by name."""
 DEFAULTS: Mapping[str, Any] = {

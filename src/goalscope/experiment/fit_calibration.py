@@ -18,15 +18,6 @@ from goalscope.belief.belief import log_posteriors
 from goalscope.belief.calibration import DEFAULT, EPSILONS, Calibration
 from goalscope.datasets.goal_sets import chance
 
-__all__ = [
-    "Observed",
-    "Quality",
-    "Tables",
-    "fit_calibration",
-    "observed_in",
-    "quality",
-]
-
 Array = npt.NDArray[np.float64]
 
 FOLDS = 5

@@ -14,10 +14,8 @@ from goalscope.base.types import UNSPECIFIED, GoalscopeError, InvalidInputError
 from goalscope.belief.belief import Belief
 from goalscope.belief.calibration import Calibration
 from goalscope.belief.likelihood import Likelihood, evidence_of
-from goalscope.datasets.case import Dialogue, read_dialogues
+from goalscope.datasets.case import Dialogue
 from goalscope.models.opening import forget
-
-__all__ = ["Dialogue", "infer", "read_dialogues", "trim_output"]
 
 _NAMES = {"n": "number of dialogues"}
 

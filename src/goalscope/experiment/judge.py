@@ -11,13 +11,6 @@ from goalscope.base.types import InvalidInputError, Message, UnreadableAnswerErr
 from goalscope.models import Generator
 from goalscope.prompts import render
 
-__all__ = [
-    "JUDGE_TEMPERATURE",
-    "SCORES",
-    "Trial",
-    "judge",
-]
-
 SCORES = tuple(n / 4 for n in range(13))
 """Every score that there is: 0, the least reasonable, to 3 in quarters."""
 

@@ -26,8 +26,6 @@ from goalscope.experiment.baselines import overlap
 from goalscope.models import Generator, LikelihoodModel
 from goalscope.prompts import render
 
-__all__ = ["Question", "measure_question", "read_questions", "rephrase"]
-
 LETTERS = ("A", "B", "C", "D", "E")
 TASK = "Ask the human a question."
 BLANK = "What do you say?"

@@ -1,42 +1,68 @@
-"""Experiments, and the specs of the cells to measure."""
+"""Experiments, read from TOML files, and the specs of the cells to measure."""
 
 from __future__ import annotations
 
 import itertools
 import os
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import asdict, dataclass, field, replace
+from dataclasses import asdict, dataclass, replace
 from pathlib import Path
-from typing import Any, Literal, get_args
+from typing import Annotated, Any, Literal, TypeVar, cast, get_args
+
+from annotated_types import Ge, Le, Lt, MinLen
+from pydantic import BeforeValidator
 
 from goalscope.agent.agent import K, Method
 from goalscope.agent.people import Habit
 from goalscope.agent.settings import Domain, Settings, load_domain, load_likelihood, profiles_of
 from goalscope.agent.toolkit import modules_named
-from goalscope.base.inputs import nearest, shown
+from goalscope.base.inputs import nearest, read_table, shown, validated
 from goalscope.base.types import InvalidInputError
-from goalscope.belief.goal_manager import Trigger
+from goalscope.belief.calibration import NAMED, calibration_named
 from goalscope.belief.likelihood import DEFAULT_LAYOUT, Layout
 from goalscope.datasets import DATASETS, data_folder, load, read_cases
 from goalscope.datasets.case import case_to_json
 from goalscope.datasets.goal_sets import changes_of
-from goalscope.experiment.identity import hashes_of, person_of
 from goalscope.experiment.judge import JUDGE_TEMPERATURE
+from goalscope.experiment.measure import hashes_of, person_of
 from goalscope.experiment.multiple_choice import read_questions
 from goalscope.experiment.results import Cell
+from goalscope.models.adapters import NO_ADAPTER
+from goalscope.models.opening import MODEL_KEYS
 
-__all__ = [
-    "DialoguesPart",
-    "EpisodesPart",
-    "Experiment",
-    "Judge",
-    "QuestionsPart",
-    "judging",
-    "specs_of",
-]
+EMBEDDED = "embedded"
+"""The name of the embedded model in a file."""
 
-Model = Mapping[str, str]
+T = TypeVar("T")
+
+
+def _listed(value: object) -> tuple[object, ...]:
+    return tuple(cast("list[object]", value)) if isinstance(value, list) else (value,)
+
+
+def _table(value: object) -> Mapping[str, str]:
+    """A model as a table, from its name or table."""
+    row = {"model": value} if isinstance(value, str) and value else value
+    if not isinstance(row, dict):
+        raise ValueError(
+            f"a model must be a name or a table, such as {EMBEDDED!r}, not {shown(value)}."
+        )
+    for key, name in cast("dict[str, object]", row).items():
+        if key not in MODEL_KEYS:
+            raise ValueError(f"the key {shown(key)} is unknown; {nearest(key, MODEL_KEYS)}")
+        if not isinstance(name, str):
+            raise ValueError(f"{key!r} must be a text, not {shown(name)}.")
+    return cast("dict[str, str]", row)
+
+
 Human = Literal["scripted", "simulated"] | Habit
+Listed = Annotated[tuple[T, ...], MinLen(1), BeforeValidator(_listed)]
+"""A list in which a single value stands for a list of one."""
+
+Model = Annotated[Mapping[str, str], BeforeValidator(_table)]
+Count = Annotated[int, Ge(1), Lt(10**9)]
+Number = Annotated[int, Ge(0), Lt(10**9)]
+Probability = Annotated[float, Ge(0), Lt(1)]
 
 
 @dataclass(frozen=True, slots=True)
@@ -50,8 +76,8 @@ class QuestionsPart:
     """
 
     file: str
-    limit: int | None = None
-    layouts: tuple[Layout, ...] = (DEFAULT_LAYOUT,)
+    limit: Count | None = None
+    layouts: Listed[Layout] = (DEFAULT_LAYOUT,)
 
 
 @dataclass(frozen=True, slots=True)
@@ -78,16 +104,16 @@ class DialoguesPart:
     set: str = ""
     jsonl: str = ""
     split: str | None = None
-    goal_sets: tuple[str, ...] = ()
-    goals: int = 20
-    seed: int = 1
-    limit: int | None = None
-    turns: int | None = None
-    layouts: tuple[Layout, ...] = (DEFAULT_LAYOUT,)
+    goal_sets: Listed[str] = ()
+    goals: Annotated[Count, Ge(2)] = 20
+    seed: Number = 1
+    limit: Count | None = None
+    turns: Count | None = None
+    layouts: Listed[Layout] = (DEFAULT_LAYOUT,)
     outright: bool = True
     likelihood: str | None = None
-    change: int | None = None
-    models: tuple[Model, ...] = ()
+    change: Annotated[Count, Ge(2)] | None = None
+    models: Listed[Model] = ()
 
 
 @dataclass(frozen=True, slots=True)
@@ -114,21 +140,24 @@ class EpisodesPart:
     """
 
     domain: str
-    profiles: tuple[str, ...] = ("all",)
+    profiles: Listed[str] = ("all",)
     people: str | None = None
-    methods: tuple[Method, ...] = get_args(Method)
-    humans: tuple[Human, ...] = ("scripted",)
-    layouts: tuple[Layout, ...] = (DEFAULT_LAYOUT,)
-    calibrations: tuple[str, ...] = ()
-    propose: Trigger | None = None
-    k: int = K
+    methods: Listed[Method] = ("good", "no-goals", "no-inference")
+    humans: Listed[Human] = ("scripted",)
+    layouts: Listed[Layout] = (DEFAULT_LAYOUT,)
+    calibrations: Listed[str] = ()
+    propose: Probability | Literal["paper"] | None = None
+    k: Count = K
     likelihood: str | None = None
-    prompted: tuple[str, ...] = ()
-    seeds: tuple[int, ...] = (0,)
-    rounds: int = 20
+    prompted: Listed[str] = ()
+    seeds: Listed[Number] = (0,)
+    rounds: Count = 20
     catalogue: str | None = None
     scene: str | None = None
-    models: tuple[Model, ...] = ()
+    models: Listed[Model] = ()
+
+
+P = TypeVar("P", DialoguesPart, EpisodesPart)
 
 
 @dataclass(frozen=True, slots=True)
@@ -136,15 +165,15 @@ class Judge:
     """The language-model evaluator of episodes (Sec. 5.1).
 
     Attributes:
-        trials: Trials per run; 0 for no evaluator.
+        trials: Trials per run.
         seed: Seed of the trials.
         temperature: What it is sampled at; the paper has 0.
         model: The evaluator; None for the model of the run.
     """
 
-    trials: int = 20
-    seed: int = 0
-    temperature: float = JUDGE_TEMPERATURE
+    trials: Count = 20
+    seed: Number = 0
+    temperature: Annotated[float, Ge(0), Le(2)] = JUDGE_TEMPERATURE
     model: Model | None = None
 
 
@@ -157,20 +186,20 @@ class Experiment:
         title: Title of tables and reports.
         source: The section or figure of the paper that it reproduces, if any.
         models: Arguments of `open_model` for each model.
-        questions: Parts with multiple-choice questions.
+        mcq: Parts with multiple-choice questions.
         dialogues: Parts.
         episodes: Parts.
-        judge: The evaluator of the episodes.
+        judge: The evaluator of the episodes, if there is one.
     """
 
     name: str
     title: str = ""
     source: str = ""
-    models: tuple[Model, ...] = ({},)
-    questions: tuple[QuestionsPart, ...] = ()
+    models: Listed[Model] = ({},)
+    mcq: tuple[QuestionsPart, ...] = ()
     dialogues: tuple[DialoguesPart, ...] = ()
     episodes: tuple[EpisodesPart, ...] = ()
-    judge: Judge = field(default_factory=lambda: Judge(trials=0))
+    judge: Judge | None = None
 
     def with_models(self, models: tuple[Model, ...]) -> Experiment:
         """The experiment with other models, once for each combination of the other settings."""
@@ -180,6 +209,85 @@ class Experiment:
             dialogues=tuple(dict.fromkeys(replace(part, models=()) for part in self.dialogues)),
             episodes=tuple(dict.fromkeys(replace(part, models=()) for part in self.episodes)),
         )
+
+
+def read_experiment(file: Path) -> Experiment:
+    """Read an experiment from a TOML file.
+
+    Raises:
+        InvalidInputError: The file cannot be read, or has an unknown key or value; the message
+            names the place and the nearest known one.
+    """
+    table, label, folder = read_table(file), file.name, file.parent
+    for key in ("mcq", "dialogues", "episodes"):
+        if isinstance(table.get(key), dict):
+            table[key] = [table[key]]
+    if "name" in table:
+        raise InvalidInputError(f"{label}: leave out 'name': the file's name is the experiment's.")
+    found = validated({"title": file.stem, **table, "name": file.stem}, Experiment, label)
+    if not (found.mcq or found.dialogues or found.episodes):
+        raise InvalidInputError(
+            f"{label}: there is nothing to measure. Add a table [mcq], [dialogues] or [episodes]."
+        )
+    if found.judge and not found.episodes:
+        raise InvalidInputError(f"{label}: a [judge] scores episodes. Add [episodes].")
+    judge = found.judge
+    if judge and judge.model is not None:
+        judge = replace(judge, model=_placed_model(judge.model, folder))
+    return replace(
+        found,
+        models=tuple(_placed_model(model, folder) for model in found.models),
+        dialogues=tuple(_placed(part, folder) for part in found.dialogues),
+        episodes=tuple(_placed_episodes(part, folder) for part in found.episodes),
+        judge=judge,
+    )
+
+
+def _placed(part: P, folder: Path) -> P:
+    """A part with full paths, so that its files are found from any folder."""
+    models = tuple(_placed_model(model, folder) for model in part.models)
+    if part.likelihood is None:
+        return replace(part, models=models)
+    name, _, function = part.likelihood.rpartition(":")
+    return replace(part, models=models, likelihood=f"{_place(name, folder)}:{function}")
+
+
+def _placed_episodes(part: EpisodesPart, folder: Path) -> EpisodesPart:
+    domain = part.domain
+    if domain not in get_args(Domain):
+        domain = _place(domain, folder)
+        if not domain.endswith(".py"):
+            raise InvalidInputError(
+                f"'domain': {shown(part.domain)} is unknown; "
+                f"{nearest(part.domain, get_args(Domain))} Or name a Python file."
+            )
+    calibrations = [name if name in NAMED else _place(name, folder) for name in part.calibrations]
+    for name in calibrations:
+        calibration_named(name)  # refuses an unknown one now
+    return replace(
+        _placed(part, folder),
+        domain=domain,
+        calibrations=tuple(calibrations),
+        people=part.people and _place(part.people, folder),
+        catalogue=part.catalogue and _place(part.catalogue, folder),
+        scene=part.scene and _place(part.scene, folder),
+    )
+
+
+def _placed_model(model: Model, folder: Path) -> Model:
+    return {
+        key: name if key == "adapter" and name == NO_ADAPTER else _place(name, folder)
+        for key, name in model.items()
+        if name != EMBEDDED
+    }
+
+
+def _place(name: str, folder: Path) -> str:
+    """The full path of a file or folder next to the TOML file, or here; other names unchanged."""
+    name = os.path.expanduser(name)
+    return next(
+        (str(each.absolute()) for each in (folder / name, Path(name)) if os.path.exists(each)), name
+    )
 
 
 def specs_of(experiment: Experiment, folder: Path | None) -> list[dict[str, Any]]:
@@ -193,7 +301,7 @@ def specs_of(experiment: Experiment, folder: Path | None) -> list[dict[str, Any]
         InvalidInputError: A file is missing or broken, or a name is unknown.
     """
     specs: list[dict[str, Any]] = []
-    for part, model in itertools.product(experiment.questions, experiment.models):
+    for part, model in itertools.product(experiment.mcq, experiment.models):
         specs += _question_specs(part, model, folder)
     for part in experiment.dialogues:
         for model in part.models or experiment.models:
@@ -207,9 +315,11 @@ def specs_of(experiment: Experiment, folder: Path | None) -> list[dict[str, Any]
 def judging(experiment: Experiment, cells: Sequence[Cell]) -> list[dict[str, Any]]:
     """The specs of the evaluator's cells, one per finished episode."""
     judge = experiment.judge
+    if judge is None:
+        return []
     done = [cell for cell in cells if cell.spec["kind"] == "episode" and cell.result]
     specs: list[dict[str, Any]] = []
-    for cell in done if judge.trials else ():
+    for cell in done:
         result = cell.result or {}
         specs.append({
             "kind": "judge",

@@ -26,10 +26,6 @@ from goalscope.language.orders import (
 )
 from goalscope.language.reader import Reader, ReadExample, check_verbs
 
-__all__ = ["THRESHOLDS", "Asking", "Language", "Line", "Score"]
-__all__ += ["asking", "differs", "line_from_json", "line_to_json"]
-__all__ += ["read_corpus", "read_languages", "read_lines", "read_rows", "score"]
-
 Row = TypeVar("Row")
 
 THRESHOLDS = (0.05, 0.1, 0.25, 0.5, 1.0, 2.0)

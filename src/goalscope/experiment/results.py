@@ -4,17 +4,19 @@ from __future__ import annotations
 
 import hashlib
 import json
-from collections.abc import Iterable, Mapping
+import os
+from collections.abc import Generator, Iterable, Mapping
+from contextlib import contextmanager
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Any
 
+from filelock import FileLock, Timeout
 from sqlalchemy import Connection, Row, select
 
 from goalscope.base.types import InvalidInputError
 from goalscope.storage.store import Store, dumps, new_episode, round_from_json, round_row
 from goalscope.storage.tables import ABOUT, CELLS, EPISODES, ROUNDS
-
-__all__ = ["Cell", "Results", "cell_key"]
 
 
 @dataclass(frozen=True, slots=True)
@@ -148,8 +150,8 @@ class Results(Store):
 
         Args:
             key: Of the cell.
-            result: The measurement. An `episode` in it, see `goalscope.experiment.work`, becomes an
-                episode of this store and is replaced by its id.
+            result: The measurement. An `episode` in it, see `measure`, becomes an episode of this
+                store and is replaced by its id.
             identity: What it was measured with.
             attempts: Number of attempts this time.
         """
@@ -202,3 +204,27 @@ def _subject(spec: Mapping[str, Any]) -> Any:
     if spec["kind"] == "episode":
         return [spec["model"], spec["settings"]["domain"]]
     return {key: value for key, value in spec.items() if key not in ("row", "case")}
+
+
+@contextmanager
+def sole(file: Path) -> Generator[None]:
+    """Lock a file of results or beliefs against other writers.
+
+    Raises:
+        InvalidInputError: Another process holds the lock.
+    """
+    lock = FileLock(f"{os.path.realpath(file)}.lock")  # by whatever name each process calls it
+    try:
+        lock.acquire(blocking=False)
+    except Timeout:
+        raise InvalidInputError(
+            f"Another process is writing to {file}. Wait for it to finish, or stop it."
+        ) from None
+    except OSError as error:
+        raise InvalidInputError(
+            f"Cannot write {file}: {error.strerror or error}. Name another place."
+        ) from None
+    try:
+        yield
+    finally:
+        lock.release()

@@ -11,13 +11,10 @@ from typing import Any
 from goalscope.agent.settings import failure_in
 from goalscope.base.optional_packages import package
 from goalscope.base.types import GoalscopeError
-from goalscope.experiment.identity import identity_of
+from goalscope.experiment.measure import identity_of, measure, perform
 from goalscope.experiment.plan import Experiment, judging
 from goalscope.experiment.results import Cell, Results, cell_key
-from goalscope.experiment.work import measure, perform
 from goalscope.storage.store import dumps
-
-__all__ = ["Done", "check_packages", "run"]
 
 _FAILURES = 5
 """Number of failures in a row after which the run stops."""
@@ -96,7 +93,7 @@ def run(
         results.ask_for(planned, command)
         done = sum(cell.result is not None for cell in planned)
         unfinished = sum(c.spec["kind"] == "episode" and c.result is None for c in planned)
-        to_come = unfinished if experiment.judge.trials and not evaluating else 0
+        to_come = unfinished if experiment.judge and not evaluating else 0
         total = len(planned) + to_come
         if not evaluating:
             yield Done(None, None, done, total)

@@ -21,33 +21,6 @@ from goalscope.base.stats import Interval, bootstrap_mean
 from goalscope.base.text import terminal_safe
 from goalscope.models.opening import model_label
 
-__all__ = [
-    "NO_INTERVAL",
-    "Columns",
-    "Entry",
-    "Estimate",
-    "Form",
-    "Labels",
-    "Measured",
-    "Record",
-    "Row",
-    "Sample",
-    "Table",
-    "average",
-    "averaged",
-    "chosen",
-    "count",
-    "few_notes",
-    "inert",
-    "markdown_text",
-    "mean",
-    "mean_of",
-    "percent",
-    "rows_of",
-    "slug",
-    "without_shared",
-]
-
 Measured = tuple[Mapping[str, Any], Mapping[str, Any]]
 """A spec and its result."""
 

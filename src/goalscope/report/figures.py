@@ -17,20 +17,22 @@ from goalscope.base.optional_packages import package
 from goalscope.base.stats import Interval, proportion
 from goalscope.base.text import terminal_safe
 from goalscope.base.types import GoalscopeError
-from goalscope.experiment.changes import read_changes
-from goalscope.experiment.dialogues import after_turn, number_of, read_dialogues, reliability_of
-from goalscope.experiment.episodes import headings_of_judges, methods_of, outcome_of, read_episodes
-from goalscope.experiment.predictors import (
+from goalscope.experiment.dialogues import (
     AS_IN_PAPER,
     GOALSCOPE,
     OUTRIGHT,
     PREDICTORS,
     SEEN,
     UNIFORM,
+    after_turn,
+    number_of,
+    read_dialogues,
+    reliability_of,
 )
-from goalscope.experiment.questions import question_tables
+from goalscope.experiment.episodes import headings_of_judges, methods_of, outcome_of, read_episodes
 from goalscope.experiment.results import Cell
 from goalscope.experiment.summary import Estimate, Form, Row, Sample, mean_of, without_shared
+from goalscope.experiment.tables import question_tables, read_changes
 
 COLOURS = ("#0072B2", "#E69F00", "#009E73", "#D55E00", "#CC79A7", "#56B4E9", "#999999")
 """The palette of Okabe and Ito, safe for colour-blind readers and for print."""

@@ -7,8 +7,8 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
 from goalscope.experiment.beliefs import EQ1, TURN
+from goalscope.experiment.dialogues import GOALSCOPE, SIMILARITIES
 from goalscope.experiment.episodes import METHODS
-from goalscope.experiment.predictors import GOALSCOPE, SIMILARITIES
 from goalscope.experiment.summary import Entry, Row, Table, few_notes, without_shared
 from goalscope.report.sections import Section
 

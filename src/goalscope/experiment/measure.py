@@ -1,0 +1,322 @@
+"""Measure one cell: a function from JSON to JSON that any process on any machine can run."""
+
+from __future__ import annotations
+
+import hashlib
+import importlib.metadata
+import json
+import os
+import time
+from collections.abc import Iterable, Mapping
+from dataclasses import asdict
+from functools import cache
+from pathlib import Path
+from typing import Any, get_args
+
+import goalscope
+from goalscope.agent.settings import (
+    Domain,
+    Settings,
+    load_domain,
+    load_likelihood,
+    open_environment,
+    own_likelihood,
+    possible_actions,
+    profile_named,
+    settings_of,
+)
+from goalscope.base.types import UNSPECIFIED, Goal, GoalscopeError, InvalidInputError, Profile, Turn
+from goalscope.belief.likelihood import Layout, Likelihood, RolePlay, evidence_of
+from goalscope.datasets import Case, said_key
+from goalscope.datasets.goal_sets import goal_key
+from goalscope.envs.grocery import GroceryShop
+from goalscope.experiment.baselines import bm25, embedding, outright, tfidf
+from goalscope.experiment.judge import JUDGE_TEMPERATURE, judge
+from goalscope.experiment.multiple_choice import Question, measure_question, rephrase
+from goalscope.models.adapters import FITTED_DIALOGUES, FITTED_GOALS
+from goalscope.models.opening import (
+    MODEL_KEYS,
+    ModelSet,
+    adapter_metadata,
+    forget,
+    model_label,
+    open_model,
+)
+from goalscope.storage.session import Session
+from goalscope.storage.store import Store, round_to_json
+
+_WITHOUT_EFFECT = ("cli", "datasets", "experiment", "fitting", "report", "study", "web")
+"""Rooms that do not affect the results."""
+
+_WITH_EFFECT = ("baselines.py", "judge.py", "measure.py", "multiple_choice.py")
+"""The modules of `experiment` that do."""
+
+_open: dict[str, ModelSet] = {}
+_fingerprints: dict[str, str] = {}
+
+
+def opened(model: Mapping[str, Any]) -> ModelSet:
+    """The model of a cell, kept open until another one is opened."""
+    key = _key(model)
+    if key not in _open:
+        for other in list(_open):
+            _open.pop(other).close()
+        names: dict[str, Any] = {name: model.get(name) for name in MODEL_KEYS}
+        _open[key] = open_model(**names)
+    return _open[key]
+
+
+def identity_of(model: Mapping[str, Any]) -> dict[str, str]:
+    """Short hashes of the version, the code, the prompts and the model, which is opened for it."""
+    key = _key(model)
+    if key not in _fingerprints:
+        _fingerprints[key] = _short(opened(model).fingerprint)
+    label = f"model {model_label(model)}"
+    return {**own_identity(), f"{label} #{_short(key)[:4]}" if model else label: _fingerprints[key]}
+
+
+@cache
+def own_identity() -> dict[str, str]:
+    """The version of goalscope, and short hashes of its code and prompts."""
+    root = Path(goalscope.__file__).parent
+    files = sorted(each.relative_to(root) for each in root.rglob("*"))
+    code = [
+        file
+        for file in files
+        if (file.suffix in (".py", ".csv", ".toml") or file.match("calibrations/*.json"))
+        and (
+            file.parts[0] not in _WITHOUT_EFFECT
+            or (file.parts[0] == "experiment" and file.name in _WITH_EFFECT)
+        )
+    ]
+    prompts = [file for file in files if file.suffix == ".jinja"]
+
+    def digest(own: Iterable[Path]) -> str:
+        return _short("".join(f"{f.name} {_short((root / f).read_bytes())}\n" for f in own))
+
+    version = importlib.metadata.version("goalscope")
+    return {"version": version, "code": digest(code), "prompts": digest(prompts)}
+
+
+def person_of(profile: Profile) -> dict[str, Any]:
+    """The whole profile as JSON: part of a cell, so that editing a person makes a new cell."""
+    return json.loads(json.dumps(asdict(profile)))
+
+
+def hashes_of(settings: Settings) -> dict[str, str]:
+    """Hashes of the files named in the settings: domain, catalogue and so on.
+
+    Not of the file of people, of whom a cell holds its own (see `person_of`).
+    """
+    own = settings.likelihood.rpartition(":")[0] if settings.likelihood else None
+    named = {
+        "domain": None if settings.domain in get_args(Domain) else settings.domain,
+        "likelihood": own,
+        "catalogue": settings.catalogue,
+        "scene": settings.scene,
+        "calibration": settings.calibration,
+    }
+    return {
+        key: _short(Path(file).read_bytes())
+        for key, file in named.items()
+        if file and os.path.isfile(file)
+    }
+
+
+def _key(model: Mapping[str, Any]) -> str:
+    return json.dumps(dict(model), sort_keys=True)
+
+
+def _short(content: str | bytes) -> str:
+    data = content.encode() if isinstance(content, str) else content
+    return hashlib.sha256(data).hexdigest()[:12]
+
+
+def measure_evidence(
+    model: ModelSet,
+    case: Case,
+    *,
+    layout: Layout,
+    likelihood: Likelihood | None = None,
+) -> dict[str, Any]:
+    """Evidence for each goal from each turn, by the role-play likelihood or another one.
+
+    Returns:
+        `role-play` [T, G] log-likelihoods in nats, turn by turn; `unspecified` [T], the same
+        without a goal; `calibration`, how they become probabilities; `window`, the first turn that
+        the model could still read at the end.
+    """
+    scorer = likelihood or RolePlay(model, layout=layout)
+    table = evidence_of(scorer, case.task, [*case.goals, UNSPECIFIED], case.turns)
+    return {
+        "role-play": table[:, :-1].tolist(),
+        "unspecified": table[:, -1].tolist(),
+        "calibration": asdict(scorer.calibration),
+        "window": scorer.window(case.task, case.turns) if isinstance(scorer, RolePlay) else 0,
+    }
+
+
+def measure_dialogue(
+    model: ModelSet,
+    case: Case,
+    *,
+    layout: Layout,
+    likelihood: Likelihood | None = None,
+    ask_outright: bool = True,
+) -> dict[str, Any]:
+    """Evidence for each goal after each turn, by every way.
+
+    Returns:
+        What `measure_evidence` does; `tfidf`, `bm25`, `embedding` [T, G], how like each goal is to
+        all words so far; `outright` [T], what the model answers if asked; `seen`, whether its
+        adapter was fitted on the text of the true goal, and `learned`, whether on these very
+        words; None where no adapter tells.
+    """
+    result: dict[str, Any] = {
+        **measure_evidence(model, case, layout=layout, likelihood=likelihood),
+        "tfidf": tfidf(case.goals, case.turns).tolist(),
+        "bm25": bm25(case.goals, case.turns).tolist(),
+        "embedding": embedding(case.goals, case.turns).tolist(),
+    }
+    told = adapter_metadata(model)
+    for name, key, own in (
+        ("seen", FITTED_GOALS, goal_key(case.goals[case.truth].text)),
+        ("learned", FITTED_DIALOGUES, said_key(case.turns)),
+    ):
+        result[name] = own in told[key].split() if key in told else None
+    if ask_outright:
+        result["outright"] = outright(model, case.goals, case.turns)
+    return result
+
+
+_AGAIN = "Run it again to plan with what it is now."
+
+
+def perform(task: Mapping[str, Any]) -> dict[str, Any]:
+    """Measure a cell in a worker, with the code and model of the process that planned it.
+
+    Args:
+        task: The `spec` of the cell, and the expected `identity`.
+
+    Raises:
+        GoalscopeError: This worker has another model, prompt or code.
+    """
+    spec, expected = task["spec"], task["identity"]
+    own = identity_of(spec["model"])
+    wrong = [name for name, value in own.items() if expected.get(name) != value]
+    if wrong:
+        raise GoalscopeError(
+            f"A worker has another {' and another '.join(wrong)} than the process that "
+            "planned the experiment. Install the same version of goalscope and the same "
+            "files on it."
+        )
+    settings = {**spec, **spec.get("settings", {})}
+    load_domain(settings.get("domain", "grocery"))
+    if settings.get("likelihood"):
+        load_likelihood(settings["likelihood"])
+    return measure(spec)
+
+
+def measure(spec: Mapping[str, Any]) -> dict[str, Any]:
+    """Measure a cell with an empty cache, so that the order of cells does not matter."""
+    model = opened(spec["model"])
+    forget(model)
+    return KINDS[spec["kind"]](model, spec)
+
+
+def _question(model: ModelSet, spec: Mapping[str, Any]) -> dict[str, Any]:
+    question = Question(**spec["row"])
+    written = not question.rephrasings
+    if written:
+        question = rephrase(model, question)
+    measured = measure_question(model, question, layout=spec["layout"])
+    return {**measured, "rephrased": written}
+
+
+def _dialogue(model: ModelSet, spec: Mapping[str, Any]) -> dict[str, Any]:
+    data = spec["case"]  # of `case_to_json`
+    turns = tuple(Turn(**turn) for turn in data["turns"])
+    goals = tuple(map(Goal, data["goals"]))
+    case = Case(data["id"], data["group"], data["task"], turns, goals, data["truth"])
+    way: dict[str, Any] = {"layout": spec["layout"]}
+    if name := spec.get("likelihood"):
+        if hashes_of(Settings(likelihood=name)) != spec["files"]:
+            raise InvalidInputError(
+                f"{name} has changed since the experiment was planned. {_AGAIN}"
+            )
+        way["likelihood"] = own_likelihood(name, model)
+    if spec["kind"] == "change":
+        return measure_evidence(model, case, **way)
+    return measure_dialogue(model, case, **way, ask_outright=spec["outright"])
+
+
+def _episode(model: ModelSet, spec: Mapping[str, Any]) -> dict[str, Any]:
+    model_names = {key: spec["model"].get(key) for key in MODEL_KEYS}
+    settings = settings_of({**spec["settings"], **model_names})
+    profile = profile_named(settings, spec["profile"])
+    if person_of(profile) != spec["person"] or hashes_of(settings) != spec["files"]:
+        raise InvalidInputError(
+            f"The files of {profile.name} (people, catalogue, scene and so on) have changed since "
+            f"the experiment was planned. {_AGAIN}"
+        )
+    start = time.monotonic()
+    with open_environment(settings, profile) as env, Store.in_memory() as store:
+        session = Session(store, settings, env, model, profile=profile.name)
+        rounds = list(session.run())
+        info, met, unwanted = session.info, session.checks_met(), session.unwanted()
+        verbs = [verb.name for verb in env.verbs]
+    results = [result for round in rounds for result in round.results if result.ok]
+    acts = [str(result.action) for result in results if not result.terminated]
+    return {
+        "episode": {
+            "begin": {
+                "domain": info.domain,
+                "profile": info.profile,
+                "method": info.method,
+                "model": info.model,
+                "task": info.task,
+                "settings": dict(info.settings),
+            },
+            "rounds": [round_to_json(round) for round in rounds],
+            "ended": info.ended,
+            "score": info.score,
+        },
+        "score": info.score,
+        "checks": met,
+        "unwanted": unwanted,
+        "rounds": len(rounds),
+        "terminated": info.ended == "terminated",
+        "replans": sum(round.replans for round in rounds),
+        "task": info.task,
+        "description": profile.description,
+        "outcome": rounds[-1].status if rounds else "",
+        "actions": acts,
+        **({} if settings.domain in get_args(Domain) else {"possible": verbs}),
+        "empty": not (env.basket if isinstance(env, GroceryShop) else acts),
+        "seconds": time.monotonic() - start,
+    }
+
+
+def _judge(model: ModelSet, spec: Mapping[str, Any]) -> dict[str, Any]:
+    trials = judge(
+        model,
+        task=spec["task"],
+        description=spec["description"],
+        outcome=spec["outcome"],
+        actions=spec["actions"],
+        possible=spec.get("possible") or possible_actions(spec["of"]["settings"]["domain"]),
+        empty=spec["empty"],
+        trials=spec["trials"],
+        seed=spec["seed"],
+        temperature=spec.get("temperature", JUDGE_TEMPERATURE),
+    )
+    return {"trials": [asdict(trial) for trial in trials]}
+
+
+KINDS = {
+    "mcq": _question,
+    "dialogue": _dialogue,
+    "change": _dialogue,
+    "episode": _episode,
+    "judge": _judge,
+}
