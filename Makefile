@@ -101,7 +101,7 @@ bench: torch  ## speed of a belief update beside other ways, as ratios in one ru
 	$(BIN)/python -W ignore benchmarks/speed.py
 
 results: $(READY) $(ADAPTERS) $(WRITER)  ## every experiment, which takes hours and goes on where it stopped; like `adapter`
-	@failed=0; for each in $(filter-out experiments/paper.toml,$(wildcard experiments/*.toml)); do \
+	@failed=0; for each in $(filter-out plans/paper.toml,$(wildcard plans/*.toml)); do \
 		$(BIN)/goalscope experiment run $$each || failed=1; done; \
 		rm -rf docs/results && $(BIN)/goalscope report results --out docs/results.md && exit $$failed
 

@@ -25,7 +25,7 @@ from goalscope.experiment.plan import (
 )
 from goalscope.experiment.results import Cell, cell_key
 
-SHIPPED = sorted((Path(__file__).parents[1] / "experiments").glob("*.toml"))
+SHIPPED = sorted((Path(__file__).parents[1] / "plans").glob("*.toml"))
 ROW = {
     "id": "a",
     "task": "Sell.",

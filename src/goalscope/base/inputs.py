@@ -158,6 +158,8 @@ def _message(error: ValidationError, data: object, adapter: TypeAdapter[Any], la
         for one in place.schemas
         for name in (*one.get("properties", ()), *_choices(one.get("propertyNames", one)))
     ]
+    if kind == "json_invalid":
+        return f"{place}: {first['msg'].removeprefix('Invalid JSON: ')}."
     if kind in _MISSING_KEY:
         return f"{place}: the key {loc[-1]!r} is missing."
     if _has_unknown_key(first):

@@ -181,7 +181,7 @@ def dialogues(
 @experiment.command(name="run")
 def run_experiment(
     file: Annotated[
-        Path, typer.Argument(help="TOML file that describes the experiment; see experiments/.")
+        Path, typer.Argument(help="TOML file that describes the experiment; see plans/.")
     ],
     data: Data = None,
     model: Annotated[

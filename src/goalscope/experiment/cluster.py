@@ -23,12 +23,6 @@ Perform = Callable[[Mapping[str, Any]], dict[str, Any]]
 
 _GLANCE = 0.5  # seconds between two looks at which workers live
 _PATIENCE = 60.0  # seconds without any worker
-_QUIET = logging.CRITICAL
-_THREADS = ("OMP_NUM_THREADS", "MKL_NUM_THREADS", "OPENBLAS_NUM_THREADS")
-_HANDLERS: dict[str, list[str]] = {  # pages that tell about the cluster to whoever asks
-    "distributed.scheduler.http.routes": [],
-    "distributed.worker.http.routes": [],
-}
 _one_cell = threading.Lock()  # a model serves one thread; an existing worker may have several
 
 
@@ -38,23 +32,19 @@ def on_cluster(
     *,
     address: str | None = None,
     workers: int = 2,
-    attempts: int = 3,
 ) -> Generator[tuple[str, dict[str, Any] | Exception, int]]:
     """Yield each cell's key, its result or error, and its number of attempts, as cells finish.
 
-    A worker is a process that runs one cell at a time. When one dies, another repeats its cell; an
-    error raised by `perform` is the outcome of the cell. Closing the generator stops the running
-    cells.
+    A worker is a process that runs one cell at a time. When one dies, another repeats its cell, up
+    to three times in all; an error raised by `perform` is the outcome of the cell. Closing the
+    generator stops the running cells.
 
     Args:
         cells: Unique keys, and what each cell asks for.
         perform: A function that workers can import by name.
-        address: Scheduler of an existing Dask cluster, such as "tcp://host:8786". It keeps running
-            afterwards, and finishes the cells that it has begun. None for processes of this
-            machine, which nobody else can reach.
+        address: Scheduler of an existing Dask cluster, such as "tcp://host:8786", which keeps
+            running. None for processes of this machine, which nobody else can reach.
         workers: Number of processes; ignored for the cluster at `address`.
-        attempts: Worker deaths after which a cell counts as an error; the scheduler at `address`
-            has its own `distributed.scheduler.allowed-failures`.
 
     Raises:
         InvalidInputError: Nothing answers at `address`.
@@ -64,7 +54,7 @@ def on_cluster(
         package(module, "A cluster needs", GoalscopeError)
     waiting, flying = deque(cells), dict[str, str]()
     landed: SimpleQueue[Any] = SimpleQueue()
-    with _connected(address, workers, attempts) as client:
+    with _connected(address, workers) as client:
         last_alive = time.monotonic()
         while waiting or flying:
             if alive := len(client.nthreads()):
@@ -100,41 +90,35 @@ def _perform_alone(perform: Perform, spec: bytes) -> bytes:
 
 def _outcome(client: Any, future: Any) -> tuple[dict[str, Any] | Exception, int]:
     """The result of a cell or its error, and the number of attempts."""
-    distributed = importlib.import_module("distributed")
+    key, error = future.key, future.exception()
+    if (allowed := getattr(error, "allowed_failures", None)) is not None:  # a KilledWorker
+        cause = f"All {allowed + 1} workers that ran this cell died. Is there enough memory?"
+        return GoalscopeError(cause), allowed + 1
 
     def deaths(dask_scheduler: Any) -> int:  # nested, so the scheduler need not have goalscope
-        return dask_scheduler.tasks[future_key].suspicious
+        return dask_scheduler.tasks[key].suspicious
 
-    future_key, error = future.key, future.exception()
-    if isinstance(error, distributed.scheduler.KilledWorker):
-        tries = error.allowed_failures + 1
-        cause = f"All {tries} workers that ran this cell died. Is there enough memory for so many?"
-        return GoalscopeError(cause), tries
     outcome = pickle.loads(future.result()) if error is None else error
     return outcome, client.run_on_scheduler(deaths) + 1
 
 
 @contextmanager
-def _connected(address: str | None, workers: int, attempts: int) -> Generator[Any]:
-    distributed = importlib.import_module("distributed")
+def _connected(address: str | None, workers: int) -> Generator[Any]:
+    distributed: Any = importlib.import_module("distributed")
     with ExitStack() as stack:
-        stack.enter_context(distributed.utils.silence_logging_cmgr(_QUIET))
+        stack.enter_context(distributed.utils.silence_logging_cmgr(logging.CRITICAL))
         try:
             if address is not None:  # a client that cannot read it would linger
                 distributed.comm.get_address_host_port(address)
-            client = distributed.Client(
-                address or stack.enter_context(_local_cluster(workers, attempts)),
-                set_as_default=False,
-                timeout=10,
-            )
+            where = address or stack.enter_context(_local_cluster(distributed, workers))
+            client = distributed.Client(where, set_as_default=False, timeout=10)
         except (OSError, ValueError) as error:
             raise InvalidInputError(
                 f'No Dask scheduler answers at "{address}" ({error}). Use the address that '
                 "`dask scheduler` printed."
             ) from error
-        stack.enter_context(client)
         try:
-            yield client
+            yield stack.enter_context(client)
         except (OSError, asyncio.CancelledError, distributed.client.FutureCancelledError) as error:
             raise GoalscopeError(
                 f"Lost the cluster's scheduler ({error}). Start it and run this again."
@@ -142,13 +126,15 @@ def _connected(address: str | None, workers: int, attempts: int) -> Generator[An
 
 
 @contextmanager
-def _local_cluster(workers: int, attempts: int) -> Generator[Any]:
+def _local_cluster(distributed: Any, workers: int) -> Generator[Any]:
     """Processes on the loopback interface, with keys that only this process has."""
-    dask = importlib.import_module("dask.system")
-    config = importlib.import_module("dask.config")
-    distributed = importlib.import_module("distributed")
-    threads = str(max(1, dask.CPU_COUNT // workers))
-    with config.set(_HANDLERS):
+    threads = str(max(1, (os.cpu_count() or 1) // workers))
+    names = ("OMP_NUM_THREADS", "MKL_NUM_THREADS", "OPENBLAS_NUM_THREADS")
+    no_pages: dict[str, list[str]] = {  # that tell about the cluster to whoever asks
+        "distributed.scheduler.http.routes": [],
+        "distributed.worker.http.routes": [],
+    }
+    with importlib.import_module("dask.config").set(no_pages):
         try:
             cluster = distributed.LocalCluster(
                 n_workers=workers,
@@ -158,13 +144,13 @@ def _local_cluster(workers: int, attempts: int) -> Generator[Any]:
                 security=distributed.Security.temporary(),
                 dashboard_address=None,
                 scheduler_kwargs={
-                    "allowed_failures": attempts - 1,
+                    "allowed_failures": 2,
                     "dashboard": False,
                     "dashboard_address": "127.0.0.1:0",
                 },
                 memory_limit=0,  # else a worker with a large model is paused or ended
-                env={name: os.environ.get(name, threads) for name in _THREADS},
-                silence_logs=_QUIET,
+                env={name: os.environ.get(name, threads) for name in names},
+                silence_logs=logging.CRITICAL,
             )
         except (OSError, RuntimeError) as error:
             raise GoalscopeError(

@@ -17,8 +17,6 @@ from goalscope.belief.likelihood import Likelihood, evidence_of
 from goalscope.datasets.case import Dialogue
 from goalscope.models.opening import forget
 
-_NAMES = {"n": "number of dialogues"}
-
 
 def trim_output(
     out: Path, dialogues: Sequence[Dialogue], settings: Mapping[str, Any]
@@ -145,7 +143,13 @@ def _check_line(
         ) from error
     if made_with != settings:
         made = cast("dict[str, Any]", made_with if isinstance(made_with, dict) else {})
-        other = "; ".join(_differences(made, settings))
+        other = "; ".join(
+            f"another {key}"
+            if isinstance(settings.get(key), dict)
+            else f"{key} {made.get(key)!r} and not {settings.get(key)!r}"
+            for key in {**settings, **made}
+            if made.get(key) != settings.get(key)
+        )
         raise InvalidInputError(
             f"{out}, line {number}: written with {other}. Name another file, or delete this one."
         )
@@ -154,26 +158,6 @@ def _check_line(
             f'{out}, line {number}: expected turn {turn} of "{dialogue.id}" with its words '
             "and goals. The file is for other dialogues. Name another file."
         )
-
-
-def _differences(made: Mapping[str, Any], settings: Mapping[str, Any]) -> Iterator[str]:
-    """What was otherwise, in words."""
-    for key in {**settings, **made}:
-        old, new = made.get(key), settings.get(key)
-        if old == new:
-            continue
-        if not (key == "calibration" and isinstance(old, dict) and isinstance(new, dict)):
-            yield f"{key} {old!r} and not {new!r}"
-            continue
-        numbers, now = cast("dict[str, Any]", old), cast("dict[str, Any]", new)
-        differ = [
-            "other thresholds"
-            if name == "thresholds"
-            else f"{_NAMES.get(name, name)} {numbers.get(name)!r} and not {now.get(name)!r}"
-            for name in {**now, **numbers}
-            if numbers.get(name) != now.get(name)
-        ]
-        yield f"another calibration ({', '.join(differ)})"
 
 
 def _write(out: Path, data: bytes, size: int | None = None) -> None:

@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any, cast
+from typing import Any
 
+from goalscope.base.inputs import parse_json, validated
 from goalscope.base.types import InvalidInputError, Message, UnreadableAnswerError
 from goalscope.models import Generator
 from goalscope.prompts import render
@@ -21,7 +21,7 @@ evaluator is."""
 
 _LONGEST = 1000  # characters that are kept of what a model wrote
 _ROOM = 512  # tokens of a verdict
-_VERDICT: Mapping[str, Any] = {
+_SCHEMA: Mapping[str, Any] = {
     "type": "object",
     "properties": {
         "explanation": {"type": "string", "maxLength": 400},
@@ -30,6 +30,12 @@ _VERDICT: Mapping[str, Any] = {
     "required": ["explanation", "score"],
     "additionalProperties": False,
 }
+
+
+@dataclass(frozen=True, slots=True)
+class _Verdict:
+    explanation: str
+    score: float
 
 
 @dataclass(frozen=True, slots=True)
@@ -100,36 +106,17 @@ def _ask(generator: Generator, prompt: Sequence[Message], temperature: float, se
     """One trial, whatever the model answers."""
     try:
         text = generator.generate(
-            prompt, max_tokens=_ROOM, temperature=temperature, seed=seed, schema=_VERDICT
+            prompt, max_tokens=_ROOM, temperature=temperature, seed=seed, schema=_SCHEMA
         ).text
     except UnreadableAnswerError as error:
         return Trial(None, _kept(str(error)))
     try:
-        verdict: object = json.loads(text)
-    except (ValueError, RecursionError):
-        verdict = None
-    return _trial(verdict, text)
-
-
-def _trial(value: object, text: str) -> Trial:
-    """The trial of a verdict that was read from `text`."""
-    verdict = _object(value, _VERDICT["required"])
-    if verdict is None:
-        return Trial(None, "The answer is not the JSON that was asked for.", _kept(text))
-    score, explanation = verdict["score"], verdict["explanation"]
-    if type(score) not in (int, float) or score not in SCORES:
-        return Trial(None, "The score is not one from 0 to 3 in quarters.", _kept(text))
-    if not isinstance(explanation, str):
-        return Trial(None, "The explanation is no text.", _kept(text))
-    return Trial(float(score), _kept(explanation))
-
-
-def _object(value: object, keys: Sequence[str]) -> dict[str, Any] | None:
-    """The value, if it is an object of exactly these keys."""
-    if not isinstance(value, dict):
-        return None
-    found = cast("dict[str, Any]", value)
-    return found if set(found) == set(keys) else None
+        verdict = validated(parse_json(text), _Verdict, "The answer")
+        if verdict.score not in SCORES:
+            raise InvalidInputError("The score is not one from 0 to 3 in quarters.")
+    except (ValueError, RecursionError) as error:
+        return Trial(None, _kept(str(error)), _kept(text))
+    return Trial(verdict.score, _kept(verdict.explanation))
 
 
 def _kept(text: str) -> str:

@@ -5,13 +5,17 @@ from __future__ import annotations
 import csv
 import io
 from collections import Counter
-from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, fields
+from functools import partial
 from itertools import cycle, islice
 from pathlib import Path
-from typing import Any
+from typing import Annotated, Any
 
-from goalscope.base.inputs import shown
+from annotated_types import MinLen
+from pydantic import AfterValidator
+
+from goalscope.base.inputs import shown, validated
 from goalscope.base.types import (
     UNSPECIFIED,
     Goal,
@@ -19,6 +23,7 @@ from goalscope.base.types import (
     ModelError,
     Turn,
     canonical,
+    checked_text,
 )
 from goalscope.belief.likelihood import Layout, RolePlay
 from goalscope.datasets.files import Row, own_rows
@@ -31,8 +36,8 @@ TASK = "Ask the human a question."
 BLANK = "What do you say?"
 """What the agent asks in the control without the question."""
 
-_LONGEST_KEY = 20
-"""Maximum length of the name of a choice."""
+Text = Annotated[str, AfterValidator(partial(checked_text, what="text"))]
+_LONGEST_NAME = 20  # of a choice
 
 
 @dataclass(frozen=True, slots=True)
@@ -47,11 +52,24 @@ class Question:
         rephrasings: Paraphrases of each choice, by its letter; empty if they are not written yet.
     """
 
-    id: str
-    prompt: str
-    choices: Mapping[str, str]
+    id: Text
+    prompt: Text
+    choices: Annotated[Mapping[str, Text], MinLen(2)]
     answer: str
-    rephrasings: Mapping[str, Sequence[str]]
+    rephrasings: Mapping[str, Annotated[list[Text], MinLen(1)]]
+
+    def __post_init__(self) -> None:
+        for name in self.choices:
+            if not (name.isprintable() and 0 < len(name) <= _LONGEST_NAME):
+                raise ValueError(f"a choice needs a short name such as A, not {shown(name)}.")
+        if self.answer not in self.choices:
+            names = ", ".join(self.choices)
+            raise ValueError(f"'answer' must be one of {names}, not {shown(self.answer)}.")
+        if self.rephrasings and {*self.rephrasings} != {*self.choices}:
+            raise ValueError("'rephrasings' must have a list for each choice.")
+        for name, texts in self.rephrasings.items():
+            if canonical(self.choices[name]) in map(canonical, texts):
+                raise ValueError(f"a rephrasing of {name} must not be the choice itself.")
 
 
 def read_questions(file: Path, limit: int | None = None) -> list[Question]:
@@ -153,44 +171,24 @@ def _csv_rows(file: Path) -> Iterator[Row]:
     except (OSError, ValueError) as error:
         cause = getattr(error, "strerror", None) or error
         raise InvalidInputError(f"{file} cannot be read: {cause}.") from None
-    columns = ("prompt", *LETTERS, "answer")
     number = 0
     try:
         for number, row in enumerate(csv.DictReader(io.StringIO(text, newline="")), 1):
             label = f"{file}, row {number}"
-            missing = [name for name in columns if not isinstance(row.get(name), str)]
-            if missing or None in row:
-                why = f"{', '.join(missing)} is missing" if missing else "there are more values"
-                raise InvalidInputError(f"{label}: the columns must be {', '.join(columns)}; {why}")
-            choices = {letter: row[letter] for letter in LETTERS}
-            given = {"prompt": row["prompt"], "choices": choices, "answer": row["answer"]}
+            if None in row:
+                columns = ", ".join(("prompt", *LETTERS, "answer"))
+                raise InvalidInputError(f"{label}: more values than columns. Expected {columns}.")
+            choices = {letter: row.get(letter) for letter in LETTERS}
+            given = {"prompt": row.get("prompt"), "choices": choices, "answer": row.get("answer")}
             yield Row(label, {"id": f"row {number}", **given})
     except csv.Error as error:
         raise InvalidInputError(f"{file}, row {number + 1}: {error}") from None
 
 
 def _question(row: Row) -> Question:
-    label = row.label
-    choices, answer = row.row("choices"), row.text("answer")
-    if len(choices.values) < 2:
-        raise InvalidInputError(f"{label}: 'choices' must have at least two texts.")
-    for key in choices.values:
-        if not (key.isprintable() and 0 < len(key) <= _LONGEST_KEY):
-            raise InvalidInputError(
-                f"{label}: a choice needs a short name such as A, not {shown(key)}."
-            )
-    read = {key: choices.text(key) for key in choices.values}
-    if answer not in read:
-        raise InvalidInputError(
-            f"{label}: 'answer' must be one of {', '.join(read)}, not {shown(answer)}."
-        )
-    given = row.row("rephrasings") if row.values.get("rephrasings") else Row(label, {})
-    if given.values and set(given.values) != set(read):
-        raise InvalidInputError(f"{label}: 'rephrasings' must have a list for each choice.")
-    rephrasings = {key: given.texts(key, empty=False) for key in given.values}
-    for key, texts in rephrasings.items():
-        if canonical(read[key]) in map(canonical, texts):
-            raise InvalidInputError(
-                f"{label}: a rephrasing of {key} must not be the choice itself."
-            )
-    return Question(str(row.name("id")), row.text("prompt"), read, answer, rephrasings)
+    names = [each.name for each in fields(Question)]
+    values = {name: row.values[name] for name in names if name in row.values}
+    if type(values.get("id")) is int:
+        values["id"] = str(values["id"])
+    values["rephrasings"] = values.get("rephrasings") or {}
+    return validated(values, Question, row.label)

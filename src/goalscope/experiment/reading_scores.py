@@ -6,12 +6,12 @@ import gzip
 import re
 import zlib
 from collections import Counter
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any, TypeVar, cast
 
-from goalscope.base.inputs import is_list, parse_json, read_table, refuse_unknown
+from goalscope.base.inputs import parse_json, read_table, validated
 from goalscope.base.types import GoalscopeError, InvalidInputError, UnreadableAnswerError
 from goalscope.language.dialogue_state import acting
 from goalscope.language.orders import (
@@ -114,6 +114,14 @@ class Language:
     examples: tuple[Example, ...] = ()
 
 
+@dataclass(frozen=True, slots=True)
+class _Declared:
+    """A table of the file that `read_languages` reads."""
+
+    verbs: Mapping[str, tuple[str, ...]]
+    task: str = ""
+
+
 def read_languages(path: Path) -> dict[str, Language]:
     """Domains that a TOML file declares by their verbs, for a corpus without environments.
 
@@ -123,23 +131,12 @@ def read_languages(path: Path) -> dict[str, Language]:
     Raises:
         InvalidInputError: The file or a domain's verbs are invalid.
     """
-    found: dict[str, Language] = {}
-    for name, table in read_table(path).items():
-        label = f"{path.name}, [{name}]"
-        if not isinstance(table, dict):
-            raise InvalidInputError(f"{label} must be a table with `task` and `verbs`.")
-        values = cast("dict[str, Any]", table)
-        refuse_unknown(values, ("task", "verbs"), label)
-        verbs = values.get("verbs")
-        if not isinstance(verbs, dict) or not all(
-            is_list(slots, str) for slots in cast("dict[str, object]", verbs).values()
-        ):
-            raise InvalidInputError(f"{label}: `verbs` must give each verb a list of its slots.")
-        declared = cast("dict[str, list[str]]", verbs)
-        own = tuple(Verb(verb, "", tuple(slots)) for verb, slots in declared.items())
-        check_verbs(own)
-        found[name] = Language(own, str(values.get("task", "")))
-    return found
+    languages: dict[str, Language] = {}
+    for name, declared in validated(read_table(path), dict[str, _Declared], path.name).items():
+        verbs = tuple(Verb(verb, "", slots) for verb, slots in declared.verbs.items())
+        check_verbs(verbs)
+        languages[name] = Language(verbs, declared.task)
+    return languages
 
 
 def read_corpus(path: Path) -> list[Line]:
