@@ -271,7 +271,7 @@ def read_profiles(
         source: The file.
         checks: The type of a check, such as `dict[Literal["has"], list[str]]`; see `validated`.
         scenes: Whether each profile names a `scene`.
-        examine: Refuses a check that is of no known form; its second argument says where it stands.
+        examine: Refuses a check that could never be met; its second argument says where it stands.
 
     Raises:
         InvalidInputError: The file cannot be read, or a profile is not of this form; the message
@@ -299,15 +299,6 @@ def read_profiles(
             if examine:
                 examine(check, f"{label}, check {number}")
     return profiles
-
-
-def refuse_unknown(table: Mapping[str, Any], known: Sequence[str], label: str) -> None:
-    """Refuse keys of `table` that are not `known`; `label` says where it stands."""
-    for key in table:
-        if key not in known:
-            raise InvalidInputError(
-                f"{label}: the key {shown(key)} is unknown; {nearest(key, known)}"
-            )
 
 
 def is_list(value: object, kind: type) -> bool:

@@ -3,27 +3,57 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
 from decimal import Decimal
 from importlib.resources import files
 from pathlib import Path
-from typing import Any
+from typing import Annotated, Any
 
-from goalscope.base.inputs import is_list, read_profiles, refuse_unknown, shown
+from annotated_types import Ge, Gt, Lt, MinLen, Predicate
+
+from goalscope.base.inputs import read_profiles
 from goalscope.base.nouns import contains, singulars
 from goalscope.base.types import InvalidInputError, Profile
 from goalscope.envs.grocery.catalogue import Item
 
 __all__ = ["checks_met", "load_profiles", "unwanted"]
 
-_FORMS: Mapping[str, tuple[str, ...]] = {
-    "must_have": ("without", "tag", "min_quantity", "max_quantity"),
-    "must_not_have": (),
-    "must_not_have_tag": (),
-    "all_have_tag": (),
-    "max_total": (),
-    "bought": (),
-}
-"""The forms of a check by their main key, with the keys that can accompany it."""
+_FORMS = (
+    "must_have", "must_not_have", "must_not_have_tag", "all_have_tag", "max_total", "bought",
+)  # fmt: skip
+_BESIDE = ("tag", "without", "min_quantity", "max_quantity")
+
+
+def _has_words(term: str) -> bool:
+    return bool(singulars(term))
+
+
+Terms = Annotated[tuple[Annotated[str, Predicate(_has_words)], ...], MinLen(1)]
+Tag = Annotated[str, MinLen(1)]
+Quantity = Annotated[int, Ge(1)]
+
+
+@dataclass(frozen=True, slots=True)
+class _Check:
+    """The keys of a check: one of `_FORMS`, and `_BESIDE` it those that go with `must_have`."""
+
+    must_have: Terms | None = None
+    must_not_have: Terms | None = None
+    must_not_have_tag: Tag | None = None
+    all_have_tag: Tag | None = None
+    max_total: Annotated[float, Gt(0), Lt(1e9)] | None = None
+    bought: bool | None = None
+    tag: Tag | None = None
+    without: Terms | None = None
+    min_quantity: Quantity | None = None
+    max_quantity: Quantity | None = None
+
+    def __post_init__(self) -> None:
+        if sum(getattr(self, key) is not None for key in _FORMS) != 1:
+            raise ValueError(f"expected exactly one of the keys {', '.join(_FORMS)}.")
+        for key in _BESIDE:
+            if getattr(self, key) is not None and self.must_have is None:
+                raise ValueError(f"the key {key!r} only goes with 'must_have'.")
 
 
 def load_profiles(path: Path | str | None = None) -> tuple[Profile, ...]:
@@ -52,7 +82,7 @@ def load_profiles(path: Path | str | None = None) -> tuple[Profile, ...]:
     source = (
         files("goalscope.envs.grocery") / "data" / "profiles.toml" if path is None else Path(path)
     )
-    return read_profiles(source, examine=_examine)
+    return read_profiles(source, _Check)
 
 
 def checks_met(
@@ -103,27 +133,3 @@ def _fits(item: Item, check: Mapping[str, Any]) -> bool:
 def _matches(item: Item, terms: Iterable[str]) -> bool:
     name = set(singulars(item.name))
     return any(contains(name, singulars(term)) for term in terms)
-
-
-def _examine(check: Mapping[str, Any], label: str) -> None:
-    """Refuse a check that is of no known form."""
-    leading = [key for key in _FORMS if key in check]
-    beside = [key for form in leading or _FORMS for key in _FORMS[form]]
-    refuse_unknown(check, (*_FORMS, *beside), label)
-    if len(leading) != 1:
-        raise InvalidInputError(f"{label}: expected exactly one of the keys {', '.join(_FORMS)}.")
-    for key, value in check.items():
-        if key in ("must_have", "must_not_have", "without"):
-            right = is_list(value, str) and value and all(singulars(term) for term in value)
-            kind = "a list of terms"
-        elif key in ("min_quantity", "max_quantity"):
-            right, kind = type(value) is int and value >= 1, "a whole number from 1"
-        elif key == "max_total":
-            right = type(value) is int or type(value) is float
-            right, kind = right and 0 < value < 1e9, "a number above 0"
-        elif key == "bought":
-            right, kind = type(value) is bool, "true or false"
-        else:
-            right, kind = isinstance(value, str) and bool(value.strip()), "a tag"
-        if not right:
-            raise InvalidInputError(f"{label}: {key!r} must be {kind}, not {shown(value)}.")
