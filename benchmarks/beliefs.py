@@ -16,7 +16,8 @@ from typing import Any
 
 from goalscope import UNSPECIFIED, open_model
 from goalscope.agent.agent import Agent
-from goalscope.agent.settings import Settings, open_environment
+from goalscope.agent.settings import Settings
+from goalscope.envs.registry import open_environment
 
 FOLDER = Path(__file__).parents[1] / "corpus" / "beliefs"
 ROOMS = {"LivingRoom1": ("sofa", "match", "film", "living"), "Bedroom1": ("bed", "pillow", "sleep")}

@@ -20,7 +20,7 @@ from typing import cast
 
 import typer
 
-from goalscope.agent.settings import Settings, load_domain, open_environment
+from goalscope.agent.settings import Settings
 from goalscope.base.inputs import is_list, shown
 from goalscope.base.text import terminal_safe
 from goalscope.base.types import InvalidInputError, Turn, UnreadableAnswerError
@@ -31,6 +31,7 @@ from goalscope.datasets import DATASETS, data_folder
 from goalscope.datasets.case import OPENING, turns_of
 from goalscope.datasets.files import Row, line_rows
 from goalscope.envs import Environment, Pick, execute
+from goalscope.envs.registry import load_domain, open_environment
 from goalscope.experiment.summary import Table, percent
 from goalscope.language.dialogue_state import DialogueState, fold
 from goalscope.language.matcher import Matcher

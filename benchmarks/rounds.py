@@ -15,9 +15,10 @@ import time
 from collections import defaultdict
 from pathlib import Path
 from tempfile import TemporaryDirectory
-from typing import Any, cast, get_args
+from typing import Any
 
-from goalscope.agent.settings import Domain, Settings, open_environment, profiles_of
+from goalscope.agent.settings import Settings
+from goalscope.envs.registry import BUILT_IN, open_environment, profiles_of
 from goalscope.models.opening import open_model
 from goalscope.storage.session import Session
 from goalscope.storage.store import Store
@@ -60,15 +61,15 @@ class Timed(Store):
 def main() -> None:
     """Print a table for each domain."""
     parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("domains", nargs="*", default=["grocery", "house"])
+    parser.add_argument("domains", nargs="*", default=BUILT_IN)
     model = open_model()
     print(f"embedded model, {model.speaker.describe()}")
     for domain in parser.parse_args().domains:
-        if domain not in get_args(Domain):
+        if domain not in BUILT_IN:
             parser.error(f"there is no domain {domain}")
         rounds: list[dict[str, float]] = []
         with TemporaryDirectory() as folder, Timed.open(Path(folder, "store.db")) as store:
-            settings = Settings(domain=cast("Domain", domain), human="scripted", seed=1)
+            settings = Settings(domain=domain, human="scripted", seed=1)
             for person in profiles_of(settings):
                 store.clock = clock = Clock()
                 env = open_environment(settings, person)

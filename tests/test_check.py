@@ -7,10 +7,11 @@ import pytest
 from goalscope import Agent, GoalscopeError
 from goalscope.agent.guards import CONFIRM
 from goalscope.agent.people import AGREES, DECLINES, consents
-from goalscope.agent.settings import Settings, load_domain, open_environment, profiles_of
+from goalscope.agent.settings import Settings
 from goalscope.base.types import Action
 from goalscope.envs import Resolution
 from goalscope.envs.check import check_env
+from goalscope.envs.registry import load_domain, open_environment, profiles_of
 from test_cli import fails, invoke
 from test_run import NamedModel
 

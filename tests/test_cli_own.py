@@ -61,14 +61,14 @@ def test_what_has_no_effect_or_is_none_is_refused(shop, words, mine, given, told
 def test_a_likelihood_of_ones_own_runs_only_when_it_is_named(
     shop, store_file, words, mine, tmp_path, monkeypatch  # noqa: F811
 ):  # fmt: skip
-    monkeypatch.setattr("goalscope.agent.settings._OWN", {})
+    monkeypatch.setattr("goalscope.envs.registry.OWN.modules", {})
     ran = invoke(
         "run", "--profile", "baker", *shop, "--likelihood", mine, "--rounds", "1", "--json"
     )
     assert ran.exit_code == 0, ran.output
     info = only_episode(store_file)
     assert info.settings["likelihood"] == mine
-    monkeypatch.setattr("goalscope.agent.settings._OWN", {})
+    monkeypatch.setattr("goalscope.envs.registry.OWN.modules", {})
     marker = tmp_path / "ran"
     (tmp_path / "mine.py").write_text(f"{OWN}\nopen({json.dumps(str(marker))}, 'w').close()")
     told = fails(2, "chat", "--resume", info.id, "--rounds", "2")

@@ -9,8 +9,9 @@ from pathlib import Path
 import pytest
 
 from fakes import WordModel
-from goalscope.agent.settings import Settings, load_domain, open_environment
+from goalscope.agent.settings import Settings
 from goalscope.base.types import InvalidInputError, UnreadableAnswerError
+from goalscope.envs.registry import load_domain, open_environment
 from goalscope.language.matcher import Matcher
 from goalscope.language.reader import Reader
 

@@ -8,15 +8,19 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from fakes import WordModel
-from goalscope.agent.settings import possible_actions as possible
 from goalscope.base.types import Action, InvalidInputError, ModelError
 from goalscope.envs.grocery import Catalogue, GroceryShop
+from goalscope.envs.registry import domain_named
 from goalscope.experiment.judge import SCORES, Trial, judge
 from goalscope.models import Completion, unfinished_json
 from goalscope.models.served.generator import ServedGenerator
 
 CASE = {"task": "The agent sells.", "description": "You want\ntea."}
 GOOD = {"explanation": "There is tea.", "score": 2.25}
+
+
+def possible(domain: str) -> tuple[str, ...]:
+    return domain_named(domain).possible or ()
 
 
 class Evaluator(WordModel):

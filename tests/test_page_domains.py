@@ -10,7 +10,8 @@ from playwright.sync_api import Page, expect
 
 from browsers import needs_chromium
 from fakes import WordModel
-from goalscope.agent.settings import Settings, load_domain, open_environment
+from goalscope.agent.settings import Settings
+from goalscope.envs.registry import load_domain, open_environment
 from goalscope.storage.session import Session
 from goalscope.storage.store import Store
 from goalscope.storage.tracking import Trackers

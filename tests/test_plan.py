@@ -76,7 +76,7 @@ REFUSED = [
     ("title = 'x'", "nothing to measure. Add a table"),
     ("mcq = []", "nothing to measure"),
     ("episodes = {domain = 'mine.py'}", "has nobody to simulate: no profiles"),
-    ("episodes = {domain = 'mine.py', scene = 'Kitchen1'}", "'scene' do not apply"),
+    ("episodes = {domain = 'mine.py', scene = 'Kitchen1'}", "'scene' does not apply"),
     (
         "episodes = {domain = 'grocery', likelihood = 'mine.py:Mine', layouts = 'goal-first'}",
         "'layouts' only applies to the role-play likelihood",

@@ -271,7 +271,7 @@ def test_a_domain_of_ones_own_is_measured_judged_and_told_apart_by_its_file(
 def test_a_worker_loads_a_domain_of_ones_own(fake, tmp_path, monkeypatch):
     plan = garden_in(tmp_path)
     (spec,) = specs_of(plan, None)
-    monkeypatch.setattr("goalscope.agent.settings._OWN", {})
+    monkeypatch.setattr("goalscope.envs.registry.OWN.modules", {})
     with pytest.raises(InvalidInputError, match="only runs if you name it"):
         measure(spec)
     assert perform({"spec": spec, "identity": measuring.identity_of({})})["rounds"] == 3

@@ -16,7 +16,7 @@ from scipy.stats import binom
 from sqlalchemy import func, select
 
 from goalscope.agent.round import Round
-from goalscope.agent.settings import Settings, profiles_of
+from goalscope.agent.settings import Settings
 from goalscope.base.types import (
     TRACKING,
     Action,
@@ -26,6 +26,7 @@ from goalscope.base.types import (
     Turn,
 )
 from goalscope.belief.belief import Belief
+from goalscope.envs.registry import profiles_of
 from goalscope.experiment.results import Results
 from goalscope.experiment.summary import inert
 from goalscope.report import read_report

@@ -12,6 +12,7 @@ from pathlib import Path
 from typing import Any, cast
 
 from goalscope.base.types import InvalidInputError, Turn
+from goalscope.envs.registry import SHOP
 from goalscope.envs.scenarios import Scenario, scenario_from_json
 from goalscope.experiment.reading_scores import Line, line_from_json, read_rows
 
@@ -129,4 +130,4 @@ def _recipe(data: Mapping[str, Any], number: int) -> list[Scenario]:
         found.pop(each, None)
     if not 3 <= len(found) <= 14 or not 2 <= len(title.split()) <= 7:
         return []
-    return [Scenario(f"recipe-{number}", "grocery", f"make {title.lower()}", (), tuple(found))]
+    return [Scenario(f"recipe-{number}", SHOP, f"make {title.lower()}", (), tuple(found))]

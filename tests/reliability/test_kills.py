@@ -16,9 +16,10 @@ from sqlalchemy.engine.default import DefaultDialect
 
 import lives as fork
 from fakes import LampRoom, WordModel
-from goalscope.agent.settings import Settings, open_environment
+from goalscope.agent.settings import Settings
 from goalscope.base.types import Action, StepResult
 from goalscope.envs.grocery import GroceryShop
+from goalscope.envs.registry import open_environment
 from goalscope.experiment.results import Results
 from goalscope.storage.session import Session
 from goalscope.storage.store import Store

@@ -15,8 +15,9 @@ import pytest
 from fakes import NEEDS, WordModel
 from goalscope.agent.agent import Agent, run_episode
 from goalscope.agent.people import ScriptedHuman
-from goalscope.agent.settings import Settings, open_environment, toolkit_for
+from goalscope.agent.settings import Settings, toolkit_for
 from goalscope.base.types import ModelError, Profile
+from goalscope.envs.registry import open_environment
 from goalscope.models import Completion
 from processes import environment
 from sites import KEY, WRITES

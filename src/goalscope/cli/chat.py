@@ -39,6 +39,7 @@ from goalscope.cli.options import (
     episode_settings,
 )
 from goalscope.cli.terminal import console, settings_model, spinner
+from goalscope.envs.registry import SHOP
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -73,7 +74,7 @@ quit                 leave; the episode can be resumed"""
 
 def chat(
     context: typer.Context,
-    domain: Domain = "grocery",
+    domain: Domain = SHOP,
     resume: Annotated[
         str | None, typer.Option(metavar="ID", help="Resume the episode with this id.")
     ] = None,
@@ -86,7 +87,7 @@ def chat(
     catalogue: Catalogue = None,
     columns: Columns = None,
     scene: Scene = None,
-    simulator: Simulator = "house",
+    simulator: Simulator = "embedded",
     unity: Unity = None,
     picture: Picture = None,
     likelihood: OwnLikelihood = None,
@@ -105,7 +106,7 @@ def chat(
 
     A resumed episode keeps its options, except for --rounds and --picture.
     """
-    from goalscope.agent.settings import Settings, profile_named
+    from goalscope.agent.settings import Settings
     from goalscope.cli.display import (
         show_belief,
         show_done,
@@ -115,6 +116,7 @@ def chat(
         show_understood,
     )
     from goalscope.envs import completion_phrase
+    from goalscope.envs.registry import profile_named
     from goalscope.storage.session import Session, more_rounds, saved_settings
     from goalscope.storage.store import Store
 
@@ -170,7 +172,7 @@ def chat(
                 before = round.belief
             if session.agent.corrections:
                 show_belief(out, session.agent.belief, before)
-            draw = _drawing(env, picture)
+            draw = _drawing(env, settings.domain, picture)
             try:
                 with _resumable(session), busy:
                     for round in session.run():
@@ -186,7 +188,7 @@ def chat(
 
 def run(
     context: typer.Context,
-    domain: Domain = "grocery",
+    domain: Domain = SHOP,
     profile: Annotated[
         str | None, typer.Option(metavar="NAME|all", help="The person to simulate.")
     ] = None,
@@ -204,7 +206,7 @@ def run(
     catalogue: Catalogue = None,
     columns: Columns = None,
     scene: Scene = None,
-    simulator: Simulator = "house",
+    simulator: Simulator = "embedded",
     unity: Unity = None,
     picture: Picture = None,
     likelihood: OwnLikelihood = None,
@@ -219,8 +221,8 @@ def run(
     as_json: Json = False,
 ) -> None:
     """Run episodes with simulated people, and score the outcome."""
-    from goalscope.agent.settings import profile_named, profiles_of
     from goalscope.cli.display import show_scores
+    from goalscope.envs.registry import profile_named, profiles_of
     from goalscope.models.opening import forget
     from goalscope.storage.session import Session
     from goalscope.storage.store import Store
@@ -247,7 +249,7 @@ def run(
                     file = file.with_stem(f"{file.stem}-{person.name}")
                 with _environment(settings, person) as env:
                     session = Session(episodes, settings, env, engine, profile=person.name)
-                    draw = _drawing(env, file)
+                    draw = _drawing(env, settings.domain, file)
                     scored.append(_run_one(session, draw, quiet=as_json, brief=has_many))
                 if as_json and has_many:
                     typer.echo(f"{len(scored)} of {len(people)}: {person.name}", err=True)
@@ -376,7 +378,8 @@ def _refuse_other_options(context: typer.Context, info: EpisodeInfo) -> None:
     Raises:
         InvalidInputError: One is given.
     """
-    from goalscope.agent.settings import load_domain, load_likelihood
+    from goalscope.agent.settings import load_likelihood
+    from goalscope.envs.registry import load_domain
 
     free = ["resume", "rounds", "picture", "store"]
     if load_domain(context.params["domain"]) == info.domain:
@@ -401,28 +404,27 @@ def _refuse_other_options(context: typer.Context, info: EpisodeInfo) -> None:
 @contextmanager
 def _environment(settings: Settings, person: Profile | None) -> Generator[Environment]:
     """The environment of an episode, closed at the end; prints its notes."""
-    from goalscope.agent.settings import notes_of, open_environment
+    from goalscope.envs.registry import domain_named, open_environment
 
     with open_environment(settings, person) as env:
-        for note in notes_of(env):
+        for note in domain_named(settings.domain).notes(env):
             console(stderr=True).print(note, style="dim")
         yield env
 
 
-def _drawing(env: Environment, file: Path | None) -> Callable[[], None]:
+def _drawing(env: Environment, domain: str, file: Path | None) -> Callable[[], None]:
     """A function that draws the current state of the room; without a file it does nothing."""
-    from goalscope.envs.house import HomeRobot
+    from goalscope.envs.registry import domain_named
 
-    if file is None or not isinstance(env, HomeRobot):
+    known = domain_named(domain)
+    if file is None or known.snapshot is None:
         return lambda: None
-    from goalscope.envs.house.room_map import RoomMap
-
-    seen = env.metadata
+    snapshot, seen = known.snapshot, known.snapshot(env)
 
     def draw() -> None:
         nonlocal seen
-        file.write_text(RoomMap(env.metadata, seen, env.names).svg(), encoding="utf-8")
-        seen = env.metadata
+        file.write_text(known.draw(env, seen, None), encoding="utf-8")
+        seen = snapshot(env)
 
     return draw
 

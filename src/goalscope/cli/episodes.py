@@ -160,12 +160,18 @@ def _episode_json(info: EpisodeInfo, rounds: Sequence[Round]) -> dict[str, Any]:
 def _show_checks_again(out: Console, info: EpisodeInfo, rounds: Sequence[Round]) -> None:
     """Replay the stored actions in goalscope's shop or room, and show which checks they meet."""
     from goalscope.agent.planner import undo
-    from goalscope.agent.settings import open_environment, profile_named, settings_of
+    from goalscope.agent.settings import settings_of
     from goalscope.base.text import terminal_safe
     from goalscope.cli.display import show_checks
+    from goalscope.envs.registry import (
+        BUILT_IN,
+        domain_named,
+        open_environment,
+        profile_named,
+    )
 
     settings = settings_of(info.settings)
-    if settings.domain not in ("grocery", "house") or settings.simulator != "house":
+    if settings.domain not in BUILT_IN or not domain_named(settings.domain).replays(settings):
         return  # other people's code is not run to look at something
     try:
         person = profile_named(settings, info.profile or "")

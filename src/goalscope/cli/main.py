@@ -111,9 +111,9 @@ class _Commands(TyperGroup):
         except (Exception, KeyboardInterrupt) as error:
             if _interrupted(error):
                 raise typer.Exit(130) from None
-            from goalscope.agent.settings import failure_in
+            from goalscope.envs.registry import OWN
 
-            if told := failure_in(error):
+            if told := OWN.failure_in(error):
                 _print_error(told)
                 raise typer.Exit(1) from None
             raise

@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 Domain = Annotated[
     str,
     typer.Argument(
-        metavar="[grocery|house|FILE.py]", help="Domain to act in, or the Python file of your own."
+        metavar="DOMAIN|FILE.py", help="Domain to act in, or the Python file of your own."
     ),
 ]
 Method = Annotated[
@@ -63,7 +63,7 @@ Scene = Annotated[
     str | None, typer.Option(metavar="NAME|FILE", help="Room of the house; see `house scenes`.")
 ]
 Simulator = Annotated[
-    Literal["house", "thor"], typer.Option(help="The embedded simulator, or AI2-THOR.")
+    Literal["embedded", "thor"], typer.Option(help="The embedded simulator, or AI2-THOR.")
 ]
 Unity = Annotated[
     Path | None, typer.Option(help="Program for AI2-THOR to start.  [default: its own build]")
@@ -153,8 +153,9 @@ def episode_settings(context: typer.Context, **more: Any) -> Settings:
         InvalidInputError: An option cannot be used, or would have no effect.
     """
     from goalscope.agent.agent import K
-    from goalscope.agent.settings import Settings, load_domain, load_likelihood
+    from goalscope.agent.settings import Settings, load_likelihood
     from goalscope.agent.toolkit import modules_named
+    from goalscope.envs.registry import load_domain
     from goalscope.models.opening import MODEL_KEYS
 
     given = context.params
@@ -184,14 +185,14 @@ def episode_settings(context: typer.Context, **more: Any) -> Settings:
 
 def _check_effects(given: dict[str, Any], domain: str) -> None:
     """Refuse options that would have no effect."""
-    for option, name, needed in (
-        ("--catalogue", "catalogue", "grocery"),
-        ("--column", "columns", "grocery"),
-        ("--scene", "scene", "house"),
-        ("--unity", "unity", "house"),
-        ("--simulator", "simulator", "house"),
-    ):
-        if domain != needed and given[name] and given[name] != "house":  # the default simulator
+    from goalscope.envs.registry import domain_named
+
+    options = {"columns": "--column"} | {
+        name: f"--{name}" for name in ("catalogue", "scene", "unity", "simulator")
+    }
+    for name, option in options.items():
+        is_given = given[name] and given[name] != "embedded"  # the default simulator
+        if is_given and name not in domain_named(domain).settings:
             raise InvalidInputError(f"{option} does not apply to the domain {domain!r}.")
     if given["unity"] and given["simulator"] != "thor":
         raise InvalidInputError("--unity needs --simulator thor.")
@@ -228,7 +229,9 @@ def check_picture(picture: Path | str | None, domain: str) -> None:
     Raises:
         InvalidInputError: The domain has no rooms, or the picture's folder is missing.
     """
-    if picture and domain != "house":
+    from goalscope.envs.registry import domain_named
+
+    if picture and domain_named(domain).snapshot is None:
         raise InvalidInputError(f"--picture does not apply to the domain {domain!r}.")
     if picture and not Path(picture).absolute().parent.is_dir():
         raise InvalidInputError(f"There is no folder {Path(picture).parent} for the picture.")

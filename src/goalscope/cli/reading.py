@@ -20,8 +20,6 @@ if TYPE_CHECKING:
     from goalscope.experiment.reading_scores import Language, Line
     from goalscope.language.orders import Reading
 
-ALIASES = {"shop": "grocery", "robot": "house"}
-"""Other names for a domain in a corpus."""
 
 Corpus = Annotated[
     Path, typer.Argument(metavar="FILE.jsonl", help="JSONL file of messages, or a folder of them.")
@@ -30,7 +28,7 @@ Domains = Annotated[
     list[str] | None,
     typer.Option(
         "--domain",
-        metavar="grocery|house|FILE.py|FILE.toml",
+        metavar="DOMAIN|FILE.py|FILE.toml",
         help="Use only the messages of this domain; repeatable. A Python file is your own domain, "
         "and its name selects the messages; a TOML file declares domains by their verbs.",
     ),
@@ -153,17 +151,18 @@ def bench_reading(
 
 def languages_of(domains: Sequence[str] | None) -> dict[str, Language]:
     """The verbs of each domain, by the domain's name in the corpus."""
-    from goalscope.agent.settings import Settings, load_domain, open_environment
+    from goalscope.agent.settings import Settings
+    from goalscope.envs.registry import BUILT_IN, load_domain, open_environment
     from goalscope.experiment.reading_scores import Language, read_languages
     from goalscope.language.orders import examples_of
 
     found: dict[str, Language] = {}
-    for name in domains or ("grocery", "house"):
+    for name in domains or BUILT_IN:
         if name.endswith(".toml"):
             found |= read_languages(Path(name))
             continue
-        known = load_domain(ALIASES.get(name, name))
-        label = known if known in ("grocery", "house") else Path(known).stem
+        known = load_domain(name)
+        label = known if known in BUILT_IN else Path(known).stem
         env = open_environment(Settings(domain=known))
         found[label] = Language(tuple(env.verbs), env.task, tuple(examples_of(env.verbs)))
     return found
@@ -176,9 +175,10 @@ def chosen_lines(lines: Sequence[Line], languages: dict[str, Language], only: bo
         InvalidInputError: There is none, one has a verb that its domain lacks, or one is of
             another domain and not only some are meant.
     """
+    from goalscope.envs.registry import known_as
     from goalscope.language.orders import DIALOGUE_ACTS
 
-    named = [replace(line, domain=ALIASES.get(line.domain, line.domain)) for line in lines]
+    named = [replace(line, domain=known_as(line.domain)) for line in lines]
     for line in named:
         if not only and line.domain not in languages:
             raise InvalidInputError(

@@ -11,25 +11,22 @@ from collections.abc import Iterable, Mapping
 from dataclasses import asdict
 from functools import cache
 from pathlib import Path
-from typing import Any, get_args
+from typing import Any
 
 import goalscope
-from goalscope.agent.settings import (
-    Domain,
-    Settings,
-    load_domain,
-    load_likelihood,
-    open_environment,
-    own_likelihood,
-    possible_actions,
-    profile_named,
-    settings_of,
-)
+from goalscope.agent.settings import Settings, load_likelihood, own_likelihood, settings_of
 from goalscope.base.types import UNSPECIFIED, Goal, GoalscopeError, InvalidInputError, Profile, Turn
 from goalscope.belief.likelihood import Layout, Likelihood, RolePlay, evidence_of
 from goalscope.datasets import Case, said_key
 from goalscope.datasets.goal_sets import goal_key
-from goalscope.envs.grocery import GroceryShop
+from goalscope.envs.registry import (
+    BUILT_IN,
+    SHOP,
+    domain_named,
+    load_domain,
+    open_environment,
+    profile_named,
+)
 from goalscope.experiment.baselines import bm25, embedding, outright, tfidf
 from goalscope.experiment.judge import JUDGE_TEMPERATURE, judge
 from goalscope.experiment.multiple_choice import Question, measure_question, rephrase
@@ -110,7 +107,7 @@ def hashes_of(settings: Settings) -> dict[str, str]:
     """
     own = settings.likelihood.rpartition(":")[0] if settings.likelihood else None
     named = {
-        "domain": None if settings.domain in get_args(Domain) else settings.domain,
+        "domain": None if settings.domain in BUILT_IN else settings.domain,
         "likelihood": own,
         "catalogue": settings.catalogue,
         "scene": settings.scene,
@@ -211,7 +208,7 @@ def perform(task: Mapping[str, Any]) -> dict[str, Any]:
             "files on it."
         )
     settings = {**spec, **spec.get("settings", {})}
-    load_domain(settings.get("domain", "grocery"))
+    load_domain(settings.get("domain", SHOP))
     if settings.get("likelihood"):
         load_likelihood(settings["likelihood"])
     return measure(spec)
@@ -261,10 +258,12 @@ def _episode(model: ModelSet, spec: Mapping[str, Any]) -> dict[str, Any]:
         )
     start = time.monotonic()
     with open_environment(settings, profile) as env, Store.in_memory() as store:
+        at_start = env.state().fingerprint
         session = Session(store, settings, env, model, profile=profile.name)
         rounds = list(session.run())
         info, met, unwanted = session.info, session.checks_met(), session.unwanted()
         verbs = [verb.name for verb in env.verbs]
+        unchanged = env.state().fingerprint == at_start
     results = [result for round in rounds for result in round.results if result.ok]
     acts = [str(result.action) for result in results if not result.terminated]
     return {
@@ -291,8 +290,8 @@ def _episode(model: ModelSet, spec: Mapping[str, Any]) -> dict[str, Any]:
         "description": profile.description,
         "outcome": rounds[-1].status if rounds else "",
         "actions": acts,
-        **({} if settings.domain in get_args(Domain) else {"possible": verbs}),
-        "empty": not (env.basket if isinstance(env, GroceryShop) else acts),
+        **({} if domain_named(settings.domain).possible else {"possible": verbs}),
+        "empty": unchanged,
         "seconds": time.monotonic() - start,
     }
 
@@ -304,7 +303,9 @@ def _judge(model: ModelSet, spec: Mapping[str, Any]) -> dict[str, Any]:
         description=spec["description"],
         outcome=spec["outcome"],
         actions=spec["actions"],
-        possible=spec.get("possible") or possible_actions(spec["of"]["settings"]["domain"]),
+        possible=spec.get("possible")
+        or domain_named(spec["of"]["settings"]["domain"]).possible
+        or (),
         empty=spec["empty"],
         trials=spec["trials"],
         seed=spec["seed"],

@@ -7,14 +7,14 @@ import os
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import asdict, dataclass, replace
 from pathlib import Path
-from typing import Annotated, Any, Literal, TypeVar, cast, get_args
+from typing import Annotated, Any, Literal, TypeVar, cast
 
 from annotated_types import Ge, Le, Lt, MinLen
 from pydantic import BeforeValidator
 
 from goalscope.agent.agent import K, Method
 from goalscope.agent.people import Habit
-from goalscope.agent.settings import Domain, Settings, load_domain, load_likelihood, profiles_of
+from goalscope.agent.settings import Settings, load_likelihood
 from goalscope.agent.toolkit import modules_named
 from goalscope.base.inputs import nearest, read_table, shown, validated
 from goalscope.base.types import InvalidInputError
@@ -23,6 +23,7 @@ from goalscope.belief.likelihood import DEFAULT_LAYOUT, Layout
 from goalscope.datasets import DATASETS, data_folder, load, read_cases
 from goalscope.datasets.case import case_to_json
 from goalscope.datasets.goal_sets import changes_of
+from goalscope.envs.registry import BUILT_IN, domain_named, load_domain, profiles_of
 from goalscope.experiment.judge import JUDGE_TEMPERATURE
 from goalscope.experiment.measure import hashes_of, person_of
 from goalscope.experiment.multiple_choice import read_questions
@@ -121,7 +122,7 @@ class EpisodesPart:
     """Episodes with simulated people, in every combination (Sec. 4.2 and 4.3).
 
     Attributes:
-        domain: "grocery", "house", or a Python file (see `load_domain`).
+        domain: Name of a domain, or a Python file (see `load_domain`).
         profiles: Names, or "all".
         people: TOML file of profiles; None for those of the domain.
         methods: See `Agent`.
@@ -254,12 +255,12 @@ def _placed(part: P, folder: Path) -> P:
 
 def _placed_episodes(part: EpisodesPart, folder: Path) -> EpisodesPart:
     domain = part.domain
-    if domain not in get_args(Domain):
+    if domain not in BUILT_IN:
         domain = _place(domain, folder)
         if not domain.endswith(".py"):
             raise InvalidInputError(
                 f"'domain': {shown(part.domain)} is unknown; "
-                f"{nearest(part.domain, get_args(Domain))} Or name a Python file."
+                f"{nearest(part.domain, BUILT_IN)} Or name a Python file."
             )
     calibrations = [name if name in NAMED else _place(name, folder) for name in part.calibrations]
     for name in calibrations:
@@ -441,10 +442,9 @@ def _own_likelihood(part: DialoguesPart | EpisodesPart) -> dict[str, Any]:
 
 def _episode_specs(part: EpisodesPart, model: Model) -> Iterator[dict[str, Any]]:
     domain = load_domain(part.domain)
-    if domain not in get_args(Domain) and (part.catalogue or part.scene):
-        raise InvalidInputError(
-            f"'catalogue' and 'scene' do not apply to the domain {shown(part.domain)}."
-        )
+    for name in ("catalogue", "scene"):
+        if getattr(part, name) and name not in domain_named(domain).settings:
+            raise InvalidInputError(f"{name!r} does not apply to the domain {shown(part.domain)}.")
     fixed: dict[str, Any] = {
         "domain": domain,
         "profiles": part.people,
@@ -514,11 +514,9 @@ def _achieved(cell: Cell) -> dict[str, Any]:
     In a domain of one's own it sees both the final state and the record.
     """
     result, domain = cell.result or {}, cell.spec["settings"]["domain"]
-    if domain == "grocery":
-        return {"outcome": result["outcome"], "actions": []}
-    if domain == "house":
-        return {"outcome": "", "actions": result["actions"]}
-    return {key: result[key] for key in ("outcome", "actions", "possible")}
+    judged = domain_named(domain).judged
+    seen: dict[str, Any] = {"outcome": "", "actions": []}
+    return seen | {key: result[key] for key in judged}
 
 
 def _file(name: str, folder: Path | None) -> Path:

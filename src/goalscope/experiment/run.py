@@ -8,9 +8,9 @@ from contextlib import closing
 from dataclasses import dataclass, replace
 from typing import Any
 
-from goalscope.agent.settings import failure_in
 from goalscope.base.optional_packages import package
 from goalscope.base.types import GoalscopeError
+from goalscope.envs.registry import OWN
 from goalscope.experiment.measure import identity_of, measure, perform
 from goalscope.experiment.plan import Experiment, judging
 from goalscope.experiment.results import Cell, Results, cell_key
@@ -153,6 +153,6 @@ def _kept(results: Results, cell: Cell, outcome: Any, attempts: int = 1) -> str 
             return None
     error = str(outcome)
     if not isinstance(outcome, GoalscopeError):
-        error = failure_in(outcome) or f"{type(outcome).__name__}: {error}"
+        error = OWN.failure_in(outcome) or f"{type(outcome).__name__}: {error}"
     results.fail(cell.key, error, attempts)
     return error

@@ -6,31 +6,25 @@ import json
 import shlex
 from collections.abc import Callable, Iterator
 from dataclasses import asdict, replace
-from typing import Any, get_args
+from typing import Any
 
 from goalscope.agent.agent import Agent, run_episode
 from goalscope.agent.people import ConsoleHuman, Human, ScriptedHuman, SimulatedHuman
 from goalscope.agent.round import Round
-from goalscope.agent.settings import (
-    Domain,
-    Settings,
-    likelihood_for,
-    profile_named,
-    settings_of,
-    toolkit_for,
-)
+from goalscope.agent.settings import Settings, likelihood_for, settings_of, toolkit_for
 from goalscope.base.types import TRACKING, Goal, InvalidInputError, pluralize
 from goalscope.belief.belief import Belief
 from goalscope.belief.calibration import calibration_named
 from goalscope.belief.tracker import Correction
 from goalscope.envs import Environment
+from goalscope.envs.registry import BUILT_IN, profile_named
 from goalscope.models import Model, model_name
 from goalscope.storage.store import EpisodeInfo, Store, new_episode
 
 
 def resuming(info: EpisodeInfo) -> str:
     """The command that resumes an episode; Python files of one's own must be named again."""
-    own = [] if info.domain in get_args(Domain) else [info.domain]
+    own = [] if info.domain in BUILT_IN else [info.domain]
     likelihood = info.settings.get("likelihood")
     named = ["--likelihood", str(likelihood)] if likelihood else []
     return shlex.join(["goalscope", "chat", *own, *named, "--resume", info.id])

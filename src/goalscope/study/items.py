@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import get_args
 
 from goalscope.agent.round import Round
-from goalscope.agent.settings import Domain, possible_actions, profile_named, settings_of
+from goalscope.agent.settings import settings_of
 from goalscope.base.types import InvalidInputError, Turn
+from goalscope.envs.registry import BUILT_IN, domain_named, profile_named
 from goalscope.storage.store import EpisodeInfo, Store
 from goalscope.study.plan import Plan
 
@@ -48,7 +48,7 @@ def chosen_episodes(store: Store, plan: Plan) -> list[EpisodeInfo]:
         info
         for info in store.episodes()
         if info.ended
-        and info.domain in ([plan.domain] if plan.domain else get_args(Domain))
+        and info.domain in ([plan.domain] if plan.domain else BUILT_IN)
         and (not plan.methods or info.method in plan.methods)
         and (info.profile or plan.transcript)
     ]
@@ -69,13 +69,14 @@ def item_of(store: Store, info: EpisodeInfo, plan: Plan) -> Item:
     rounds = store.rounds(info.id)
     person = profile_named(settings_of(info.settings), info.profile) if info.profile else None
     profile = " ".join(person.description.split()) if person else ""
-    if info.domain == "grocery":
+    domain = domain_named(info.domain)
+    if domain.judged == ("outcome",):
         outcome = rounds[-1].status if rounds else ""
     else:
         outcome = _actions(rounds)
     return Item(
         info.task,
-        tuple(dict.fromkeys(possible_actions(info.domain))),
+        tuple(dict.fromkeys(domain.possible or ())),
         profile,
         outcome or NOTHING,
         tuple(round.turn for round in rounds) if plan.transcript else (),

@@ -11,8 +11,8 @@ from typing import Annotated, Any, Literal
 from annotated_types import Interval, Len, Predicate
 
 from goalscope.agent.agent import Method
-from goalscope.agent.settings import Domain
 from goalscope.base.inputs import read_toml, shown, validated
+from goalscope.envs.registry import BuiltIn
 
 BEST = 3
 """The best rating (Sec. 5); the worst is 0."""
@@ -38,7 +38,7 @@ class Plan:
         question: Question asked about each item.
         scale: Labels of the ratings 0 to 3.
         thanks: Shown at the end.
-        domain: Domain of the episodes to rate: "grocery", "house" or "" for both.
+        domain: Domain of the episodes to rate; "" for all that come with goalscope.
         methods: Methods of the episodes to rate, see `Agent`; empty for all.
         transcript: Whether the conversation is shown, which the paper leaves out.
         ratings_per_item: Number of ratings wanted, from people who finish.
@@ -59,7 +59,7 @@ class Plan:
         "least reasonable", "less reasonable", "more reasonable", "most reasonable",
     )  # fmt: skip
     thanks: str = "You may close this page."
-    domain: Domain | Literal[""] = ""
+    domain: BuiltIn | Literal[""] = ""
     methods: tuple[Method, ...] = ()
     transcript: bool = False
     ratings_per_item: Annotated[int, Interval(ge=1, le=1_000_000)] = 5

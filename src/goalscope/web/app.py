@@ -20,13 +20,13 @@ from pydantic import BaseModel
 from starlette.exceptions import HTTPException
 
 from goalscope.agent.agent import Method
-from goalscope.agent.settings import Domain, Settings, open_environment
+from goalscope.agent.settings import Settings
 from goalscope.base.text import model_shown
 from goalscope.base.types import ConflictError, Goal, GoalscopeError, InvalidInputError
 from goalscope.belief.explain import reasons
 from goalscope.belief.tracker import Correction
 from goalscope.envs import completion_phrase
-from goalscope.envs.house.simulator.scenes import known_scenes
+from goalscope.envs.registry import BUILT_IN, SHOP, domain_named, open_environment
 from goalscope.models import Model, model_name
 from goalscope.storage.store import EpisodeInfo, Store
 from goalscope.storage.tracking import Trackers
@@ -52,7 +52,7 @@ METHODS: dict[Method, str] = {
 class NewEpisode(RequestBody):
     """The episode to start."""
 
-    domain: Domain = "grocery"
+    domain: str = SHOP
     method: Method = "good"
     scene: str | None = None
 
@@ -82,7 +82,7 @@ class EpisodeId(BaseModel):
 class DomainView(BaseModel):
     """A domain that the agent can act in."""
 
-    name: Domain
+    name: str
     title: str
     task: str
     completion_phrase: str
@@ -317,18 +317,17 @@ def _event(kind: str, data: BaseModel) -> str:
 
 
 def _domains(settings: Settings) -> list[DomainView]:
-    titles: dict[Domain, str] = {"grocery": "Grocery shopping", "house": "A robot in a home"}
     found: list[DomainView] = []
-    for name, title in titles.items():
-        scenes = sorted(known_scenes()) if name == "house" else []
+    for name in (*BUILT_IN, *({settings.domain} - {*BUILT_IN})):
+        domain = domain_named(name)
         with open_environment(replace(settings, domain=name)) as env:
             found.append(
                 DomainView(
                     name=name,
-                    title=title,
+                    title=domain.label,
                     task=env.task,
                     completion_phrase=completion_phrase(env),
-                    scenes=scenes,
+                    scenes=list(domain.scenes()),
                 )
             )
     return found

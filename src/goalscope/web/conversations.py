@@ -15,7 +15,7 @@ from typing import Any, Literal, TypeVar
 from pydantic import BaseModel
 
 from goalscope.agent.people import FALLBACK
-from goalscope.agent.settings import Settings, open_environment
+from goalscope.agent.settings import Settings
 from goalscope.base.types import (
     ConflictError,
     Goal,
@@ -28,6 +28,7 @@ from goalscope.belief.explain import word_evidence
 from goalscope.belief.likelihood import DEFAULT_LAYOUT, RolePlay
 from goalscope.belief.tracker import Correction
 from goalscope.envs import completion_phrase
+from goalscope.envs.registry import open_environment
 from goalscope.models import Model
 from goalscope.storage.session import Session, saved_settings
 from goalscope.storage.store import EpisodeInfo, Store

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from functools import cache
 from hashlib import sha256
 from pathlib import Path
-from typing import Any, get_args
+from typing import Any
 
 from jinja2 import Environment as Templates
 from jinja2 import PackageLoader, StrictUndefined
@@ -16,9 +16,10 @@ from markupsafe import Markup
 
 from goalscope.agent.planner import undo
 from goalscope.agent.round import Round
-from goalscope.agent.settings import Domain, open_environment, profile_named, settings_of
+from goalscope.agent.settings import settings_of
 from goalscope.base.text import FORMAT, domain_shown, model_shown, without_invisible
 from goalscope.base.types import TRACKING, GoalscopeError, InvalidInputError, pluralize
+from goalscope.envs.registry import BUILT_IN, domain_named, open_environment, profile_named
 from goalscope.storage.store import EpisodeInfo
 from goalscope.web.views import BeliefView, GoalView, StoredEpisode
 
@@ -97,7 +98,7 @@ def as_html(info: EpisodeInfo, rounds: Sequence[Round]) -> str:
     return _templates().get_template("episode.html.jinja").render(
         episode=stored.episode,
         rounds=stored.rounds,
-        known=info.domain in get_args(Domain),
+        known=info.domain in BUILT_IN,
         facts=_facts(info),
         drawn=drawn,
         drawn_rounds=[round.number for round in believed],
@@ -155,7 +156,7 @@ def _facts(info: EpisodeInfo) -> list[str]:
 
 def _room(info: EpisodeInfo, rounds: Sequence[Round]) -> str:
     """The final room, in base 64; empty if there is no room to draw."""
-    if info.domain != "house":
+    if info.domain not in BUILT_IN or domain_named(info.domain).snapshot is None:
         return ""
     try:
         return b64encode(room_picture(info, rounds).encode()).decode()
@@ -174,20 +175,17 @@ def room_picture(info: EpisodeInfo, rounds: Sequence[Round], *, width: int | Non
     Raises:
         InvalidInputError: There is no room in this domain.
     """
-    from goalscope.envs.house import HomeRobot
-    from goalscope.envs.house.room_map import WIDTH, RoomMap
-
     settings = settings_of(info.settings)
-    if info.domain != "house" or settings.simulator != "house":
+    domain = domain_named(info.domain) if info.domain in BUILT_IN else None
+    if domain is None or domain.snapshot is None or not domain.replays(settings):
         raise InvalidInputError("This episode has no room to draw.")
     person = None
     if info.profile and not settings.scene:
         person = profile_named(settings, info.profile)
     with open_environment(settings, person) as env:
-        assert isinstance(env, HomeRobot)
         undo(env, [result for round in rounds[:-1] for result in round.results])
-        before = env.metadata
+        before = domain.snapshot(env)
         for round in rounds[-1:]:
             for result in round.results:
                 env.step(result.action)
-        return RoomMap(env.metadata, before, env.names).svg(width or WIDTH)
+        return domain.draw(env, before, width)
