@@ -24,14 +24,6 @@ VERBS = (
     Verb("swap", "take one thing out for another", ("what", "for")),
     Verb("finish", "the garden is done", (), ends=True, phrase="The garden is done"),
 )
-LIFE = (
-    ("help bees and butterflies", "wildflowers", "lavender", "insect hotel"),
-    ("watch birds and frogs", "bird bath", "pond", "hedge"),
-    ("grow our own food", "vegetable patch", "tomatoes", "herbs", "greenhouse", "compost heap"),
-    ("let children play", "swing", "sandpit", "strawberries"),
-    ("sit among flowers and not be seen", "roses", "lavender", "hedge"),
-)
-SCENARIOS = Nearest([Scenario(aim, "garden", aim, (), tuple(needed)) for aim, *needed in LIFE])
 
 
 class Garden(Proactive):
@@ -97,6 +89,16 @@ class Garden(Proactive):
 
     def like(self, text, most):
         return SCENARIOS(text, 1)
+
+
+LIFE = (
+    ("help bees and butterflies", "wildflowers", "lavender", "insect hotel"),
+    ("watch birds and frogs", "bird bath", "pond", "hedge"),
+    ("grow our own food", "vegetable patch", "tomatoes", "herbs", "greenhouse", "compost heap"),
+    ("let children play", "swing", "sandpit", "strawberries"),
+    ("sit among flowers and not be seen", "roses", "lavender", "hedge"),
+)
+SCENARIOS = Nearest([Scenario(aim, "garden", aim, (), tuple(needed)) for aim, *needed in LIFE])
 
 
 def open_environment(profile):

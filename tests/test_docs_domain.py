@@ -1,4 +1,4 @@
-"""docs/domain.md shows every line of examples/garden.py, and the rest of its code runs."""
+"""docs/domain.md shows every line of two examples, and the rest of its code runs."""
 
 import re
 from pathlib import Path
@@ -7,6 +7,7 @@ import pytest
 
 ROOT = Path(__file__).parents[1]
 PAGE = (ROOT / "docs" / "domain.md").read_text(encoding="utf-8")
+LAMP = (ROOT / "examples" / "lamp.py").read_text(encoding="utf-8")
 GARDEN = (ROOT / "examples" / "garden.py").read_text(encoding="utf-8")
 
 
@@ -18,9 +19,11 @@ def lines(text: str) -> list[str]:
     return [line for line in text.splitlines() if line.strip()]
 
 
-def test_the_page_shows_the_whole_example_in_its_order() -> None:
-    *shown, _, _, _ = blocks("python")
+def test_the_page_shows_the_whole_examples_in_their_order() -> None:
+    lamp, *shown, _, _, _ = blocks("python")
+    assert lines(lamp) == lines(LAMP)
     assert lines("".join(shown)) == lines(GARDEN)
+    assert f"in {len(lines(LAMP))} lines" in PAGE
     assert f"in {len(lines(GARDEN))} lines" in PAGE
     (people,) = blocks("toml")
     assert lines(people) == lines((ROOT / "examples" / "garden.toml").read_text(encoding="utf-8"))

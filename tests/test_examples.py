@@ -37,8 +37,10 @@ def garden(settings: Settings) -> Environment:
     return open_environment(settings)
 
 
-def test_the_garden_keeps_the_laws_of_an_environment(garden: Environment) -> None:
-    check_env(garden)
+@pytest.mark.parametrize("name", ["garden", "lamp", "coffee"])
+def test_the_examples_keep_the_laws_of_an_environment(name: str) -> None:
+    settings = Settings(domain=load_domain(str(EXAMPLES / f"{name}.py")))
+    check_env(open_environment(settings), profiles_of(settings))
 
 
 @pytest.mark.parametrize("name", REQUIRED)
