@@ -65,6 +65,14 @@ class WordModel:
         return self
 
     @property
+    def generator(self) -> "WordModel":
+        return self
+
+    @property
+    def scorer(self) -> "WordModel":
+        return self
+
+    @property
     def reader(self) -> "WordModel":
         return self
 
