@@ -35,7 +35,9 @@ SCORER = SimpleNamespace(name="small", adapter=None)
 def data(tmp_path, monkeypatch):
     """A data folder of one's own; a model that needs no loading."""
     monkeypatch.setattr("platformdirs.user_data_path", lambda *_: tmp_path / "data")
-    monkeypatch.setattr(measuring, "opened", lambda model: scorer_of(model))
+    monkeypatch.setattr(
+        measuring, "opened", lambda model: SimpleNamespace(speaker=scorer_of(model))
+    )
     monkeypatch.chdir(tmp_path)
     return tmp_path / "data"
 
@@ -202,7 +204,8 @@ def test_of_few_people_nothing_becomes_the_models_own(data):
 def test_reset_brings_back_what_was_used_before(data, monkeypatch):
     adapter = Path(models.__file__).parent / "general" / "adapter.gguf"
     shipped = SimpleNamespace(name="Smollm2 135M 8k Lc100K Mix1 Ep2", adapter=adapter)
-    monkeypatch.setattr(measuring, "opened", lambda model: SCORER if model == MODEL else shipped)
+    known = {False: SimpleNamespace(speaker=shipped), True: SimpleNamespace(speaker=SCORER)}
+    monkeypatch.setattr(measuring, "opened", lambda model: known[model == MODEL])
     before = known_calibration(shipped, "goal-last")
     assert before[1] == SHIPPED
     fill("one.db", *cells(50, model={}))
