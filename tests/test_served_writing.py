@@ -53,7 +53,9 @@ def reply(text: Any, **changes: Any) -> dict[str, Any]:
 )
 def test_a_reply_in_another_form_is_one_clear_line(body: Any) -> None:
     generator, _ = writing((200, body))
-    with pytest.raises(ModelError, match=r"an unknown form|wrote no reply") as caught:
+    with pytest.raises(
+        ModelError, match=r"an unknown form|wrote no reply|sent no answer"
+    ) as caught:
         generator.generate(CONTEXTS[0])
     assert "\n" not in str(caught.value)
 
@@ -65,7 +67,7 @@ def test_a_reply_costs_what_the_server_counts() -> None:
     assert generator.generate(CONTEXTS[0]) == Completion("Six eggs.", "stop", 0, 0)
 
 
-@pytest.mark.parametrize("text", ['{"item": "tea"}', "{}", "[]", "milk", "", "[" * 10**5])
+@pytest.mark.parametrize("text", ["{}", "[]", "milk", "", "[" * 10**5])
 def test_a_reply_that_does_not_keep_to_the_schema_is_an_error(text: str) -> None:
     generator, _ = writing((200, reply(text)))
     with pytest.raises(ModelError, match="did not keep to the JSON schema") as caught:
@@ -85,6 +87,6 @@ def test_a_server_is_asked_in_its_own_dialect_and_once_it_is_known_at_once() -> 
 def test_a_server_that_knows_no_json_schema_is_asked_for_a_json_object() -> None:
     said = "{'loc': ('body', 'response_format', 'type'), 'msg': \"Input should be 'json_object'\"}"
     refusal = {"error": {"message": f"1 validation error: {said}"}}
-    generator, sent = writing((500, refusal), (200, reply('{"item": "milk"}')))
+    generator, sent = writing((400, refusal), (200, reply('{"item": "milk"}')))
     assert generator.generate(CONTEXTS[0], schema=SCHEMA).text == '{"item": "milk"}'
     assert [body["response_format"]["type"] for body in sent] == ["json_schema", "json_object"]

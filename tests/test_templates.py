@@ -130,11 +130,6 @@ STEPS = """\
 {%- if add_generation_prompt %}
     {{- '<|assistant|>\\nHere are my reasoning steps:\\n' }}
 {%- endif %}"""
-BUDGET = """\
-{%- for m in messages %}{{- '<bos>' + m.role + '\\n' + m.content + '<eos>' }}{% endfor %}
-{%- if add_generation_prompt %}
-    {{- '<bos>assistant\\n' + ('<seed:think></seed:think>' if thinking_budget == 0 else '') }}
-{%- endif %}"""
 
 # Of each template, what stands before given words, and before a reply where that differs.
 FAMILIES = {
@@ -149,7 +144,6 @@ FAMILIES = {
     "gpt-oss": (HARMONY, "<|start|>assistant<|channel|>final<|message|>", ""),
     "Command": (COMMAND, "<|BOT|><|START_TEXT|>", ""),
     "Apriel": (STEPS, "<|assistant|>\n", ""),
-    "Seed-OSS": (BUDGET, "<bos>assistant\n", "<seed:think></seed:think>"),
 }
 CHAT = [
     Message("system", "You want tea."),
@@ -220,12 +214,6 @@ def test_the_prompt_does_not_depend_on_the_day() -> None:
     [
         ("<think>", "</think>"),
         ("<think>\n", "\n</think>\n\n"),
-        ("<thinking>\n", "\n</thinking>\n\n"),
-        ("[THINK]", "[/THINK]"),
-        ("◁think▷", "◁/think▷"),
-        ("<|START_THINKING|>", "<|END_THINKING|>"),
-        ("<|begin_of_thought|>\n", "\n<|end_of_thought|>\n\n"),
-        ("<|channel>thought\n", "\n<channel|>\n\n"),
     ],
 )
 def test_a_thought_that_nothing_switches_off_is_closed(opening: str, closing: str) -> None:

@@ -10,9 +10,7 @@ from goalscope.base.types import GoalscopeError, ModelError
 __all__ = ["EXTRAS", "package", "remedy"]
 
 EXTRAS = {
-    **dict.fromkeys(
-        ("httpx2", "huggingface-hub", "jsonschema", "tenacity", "tokenizers"), "remote"
-    ),
+    **dict.fromkeys(("httpx2", "huggingface-hub", "openai", "tokenizers"), "remote"),
     **dict.fromkeys(("torch", "transformers", "peft"), "torch"),
     **dict.fromkeys(("bm25s", "matplotlib", "scikit-learn", "scipy"), "experiments"),
     **dict.fromkeys(("distributed", "cryptography"), "cluster"),

@@ -13,7 +13,7 @@ from goalscope.cli.terminal import console, model_names, opened_model
 
 PACKAGES = (
     *("goalscope", "numpy", "wordllama"),
-    *("httpx2", "tokenizers", "huggingface-hub", "torch", "transformers"),
+    *("openai", "tokenizers", "huggingface-hub", "torch", "transformers"),
 )
 models = typer.Typer(
     no_args_is_help=True,

@@ -199,9 +199,7 @@ class LocalModel(TokenScorer):
             raise unfinished_json(room)
         answer = text
         if form is None:
-            answer = answer_of(
-                text + ended_by, self.name, cut_off=bool(ended_by) or finish == "length"
-            )
+            answer = answer_of(text + ended_by, self.name)
         known = (total, tuple(margins)) if answer == text else (None, None)
         return Completion(answer, finish, len(prompt), len(written), *known)
 

@@ -9,11 +9,8 @@ from typing import Any
 from goalscope.base.types import Message, ModelError, UnreadableAnswerError
 from goalscope.models import Completion, unfinished_json
 from goalscope.models.chat import ChatTokenizer
-from goalscope.models.reasoning import answer_of, begins_in_thought, only_reasoned
-from goalscope.models.served.answers import said_in, thought_in
+from goalscope.models.reasoning import answer_of
 from goalscope.models.served.client import Refusal, Server, understood
-
-__all__ = ["ServedGenerator"]
 
 _BYTES_A_TOKEN = 2.0  # a cautious guess, for models whose tokenizer is not at hand
 
@@ -50,7 +47,6 @@ class ServedGenerator:
         self._context_size = context_size
         self._length_key = "max_tokens"
         self._takes_json_schema = True
-        self._begins_in_thought = False  # as its replies so far have shown
 
     @property
     def name(self) -> str:
@@ -105,26 +101,16 @@ class ServedGenerator:
             usage: dict[str, Any] = answer.get("usage") or {}
             message: dict[str, Any] = choice["message"]
             reason = choice.get("finish_reason")
-            text, refusal, thought = said_in(message), message.get("refusal"), thought_in(message)
+            text, refusal = message.get("content"), message.get("refusal")
             read, written = usage.get("prompt_tokens") or 0, usage.get("completion_tokens") or 0
-            details: dict[str, Any] = usage.get("completion_tokens_details") or {}
-            thought = thought or bool(details.get("reasoning_tokens"))
-        if thought and not refusal and not (text or "").strip():
-            raise only_reasoned(self.name)
-        if text is None or reason == "content_filter":
+        if not isinstance(text, str) or reason == "content_filter":
             raise ModelError(
-                f"{self.name} wrote no reply ({reason}: {refusal or 'no content'}). "
-                "Use another model."
+                f"{self.name} wrote no reply ({reason}: {refusal or 'no content'}). Use another "
+                "model, or allow more tokens if it reasons first."
             )
         finish = "length" if reason == "length" else "stop"
         if schema is None or not _is_json(text):  # whose strings may hold any marks
-            self._begins_in_thought |= begins_in_thought(text)
-            text = answer_of(
-                text,
-                self.name,
-                cut_off=finish == "length",
-                in_thought=self._begins_in_thought,
-            )
+            text = answer_of(text, self.name)
         if schema is not None:
             text = self._checked(text, finish, schema, max_tokens)
         return Completion(text, finish, read, written)
@@ -168,20 +154,20 @@ class ServedGenerator:
         return {"type": "json_schema", "json_schema": form}
 
     def _checked(self, text: str, finish: str, schema: Mapping[str, Any], room: int) -> str:
-        import jsonschema
-
         if finish == "length":
             raise unfinished_json(room)
+        whole = _object(schema)
         try:
             value: Any = json.loads(text)
-            jsonschema.validate(value, _object(schema))
-        except (ValueError, RecursionError, jsonschema.ValidationError) as error:
-            why = getattr(error, "message", str(error))
+            missing = [key for key in whole.get("required", ()) if key not in value]
+            if missing or not isinstance(value, dict):
+                raise ValueError(f"{', '.join(missing) or 'an object'} is missing")
+        except (ValueError, TypeError, RecursionError) as error:
             raise UnreadableAnswerError(
-                f"{self.name} did not keep to the JSON schema ({why[:200]}): {text[:200]!r}. "
-                "Use a server with structured outputs (response_format json_schema)."
+                f"{self.name} did not keep to the JSON schema ({str(error)[:200]}): {text[:200]!r}."
+                " Use a server with structured outputs (response_format json_schema)."
             ) from None
-        return text if _object(schema) is schema else json.dumps(value["answer"])
+        return text if whole is schema else json.dumps(value["answer"])
 
 
 def _is_json(text: str) -> bool:

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from collections.abc import Iterable, Sequence
-from itertools import islice
 from textwrap import shorten
 from threading import RLock
 from typing import Any
@@ -15,12 +14,9 @@ from goalscope.base.types import Message, ModelError
 from goalscope.models import Array
 from goalscope.models.chat import ChatTokenizer
 from goalscope.models.scoring import LEAST, Pair, TokenScorer
-from goalscope.models.served.client import ATTEMPTS, Server, understood
-
-__all__ = ["Forced", "NextTokens", "PromptTokens", "ServedScorer"]
+from goalscope.models.served.client import Server, understood
 
 _BATCH = 8  # whole prompts of one request: a slow server too answers it in time
-_NEXT = 128  # prompts of one request for next tokens; vLLM allows as many different tokens
 
 
 class Protocol(ABC):
@@ -28,14 +24,12 @@ class Protocol(ABC):
 
     Attributes:
         name: What is sent, and to what kind of server.
-        attempts: Most requests for one answer.
     """
 
     name: str
 
     def __init__(self, server: Server, tokenizer: ChatTokenizer) -> None:
         self.server, self.tokenizer = server, tokenizer
-        self.attempts = 2  # until it has proved to be the server's
 
     def score(self, pairs: Sequence[Pair]) -> list[Array]:
         """See `TokenScorer.score`; equal pairs are asked for once."""
@@ -56,48 +50,8 @@ class Protocol(ABC):
     @abstractmethod
     def _likeliest(self, prompt: Sequence[int]) -> tuple[int, float]: ...
 
-    def _complete(self, prompts: object, count: int, **options: Any) -> list[Any]:
-        """The choices of `/completions` with one greedy token, in the order of the prompts."""
-        body = {"model": self.server.model, "prompt": prompts, "max_tokens": 1, "temperature": 0}
-        answer = self.server.post("completions", {**body, **options}, attempts=self.attempts)
-        choices: list[Any] = sorted(answer["choices"], key=lambda each: int(each.get("index") or 0))
-        if len(choices) != count:
-            raise ValueError(f"{count} prompts have {len(choices)} answers")
-        return choices
 
-
-class _VLLM(Protocol):
-    def _likeliest(self, prompt: Sequence[int]) -> tuple[int, float]:
-        (choice,) = self._complete([prompt], 1, logprobs=1, return_tokens_as_token_ids=True)
-        logprobs = choice["logprobs"]
-        token = logprobs["tokens"][0].removeprefix("token_id:")
-        return int(token), float(logprobs["token_logprobs"][0])
-
-
-class NextTokens(_VLLM):
-    """Each answer's beginnings as prompts: unlike `PromptTokens`, vLLM's prefix cache serves it."""
-
-    name = "logprob_token_ids (vLLM)"
-
-    def _score(self, pairs: Sequence[Pair]) -> list[Array]:
-        known: dict[tuple[int, ...], float] = {}
-        wanted = dict.fromkeys(path for pair in pairs for path in _paths(pair))
-        rest = iter(wanted)
-        while batch := list(islice(rest, _NEXT)):
-            tokens = sorted({path[-1] for path in batch})
-            choices = self._complete(
-                [path[:-1] for path in batch],
-                len(batch),
-                logprobs=0,
-                logprob_token_ids=tokens,
-                return_tokens_as_token_ids=True,
-            )
-            for path, choice in zip(batch, choices, strict=True):
-                known[path] = choice["logprobs"]["top_logprobs"][0][f"token_id:{path[-1]}"]
-        return [_array(known[path] for path in _paths(pair)) for pair in pairs]
-
-
-class PromptTokens(_VLLM):
+class PromptTokens(Protocol):
     """Prompts with their answers, and all their tokens' log-probabilities back."""
 
     name = "prompt_logprobs (vLLM)"
@@ -114,6 +68,21 @@ class PromptTokens(_VLLM):
                 tail = zip(given[len(pair.prompt) :], pair.answer, strict=True)
                 rows.append(_array(entry[str(token)]["logprob"] for entry, token in tail))
         return rows
+
+    def _likeliest(self, prompt: Sequence[int]) -> tuple[int, float]:
+        (choice,) = self._complete([prompt], 1, logprobs=1, return_tokens_as_token_ids=True)
+        logprobs = choice["logprobs"]
+        token = logprobs["tokens"][0].removeprefix("token_id:")
+        return int(token), float(logprobs["token_logprobs"][0])
+
+    def _complete(self, prompts: object, count: int, **options: Any) -> list[Any]:
+        """The choices of `/completions` with one greedy token, in the order of the prompts."""
+        body = {"model": self.server.model, "prompt": prompts, "max_tokens": 1, "temperature": 0}
+        answer = self.server.post("completions", {**body, **options})
+        choices: list[Any] = sorted(answer["choices"], key=lambda each: int(each.get("index") or 0))
+        if len(choices) != count:
+            raise ValueError(f"{count} prompts have {len(choices)} answers")
+        return choices
 
 
 class Forced(Protocol):
@@ -156,13 +125,13 @@ class Forced(Protocol):
             "cache_prompt": True,
             "logit_bias": [] if token is None else [[token, 1000.0]],
         }
-        answer = self.server.post("/completion", body, attempts=self.attempts)
+        answer = self.server.post("/completion", body)
         if answer["tokens_predicted"] != 1:
             raise ValueError(f"{answer['tokens_predicted']} tokens were written instead of one")
         return answer.get("completion_probabilities", [])
 
 
-PROTOCOLS = (NextTokens, PromptTokens, Forced)
+PROTOCOLS = (PromptTokens, Forced)
 """In the order in which a server is tried."""
 
 
@@ -267,7 +236,6 @@ class ServedScorer(TokenScorer):
         finally:
             if complaint:
                 self._protocol = None
-        protocol.attempts = ATTEMPTS
         return complaint
 
 
