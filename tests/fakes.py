@@ -223,7 +223,7 @@ class Plans:
         wants: Sequence[Want],
         turns: Sequence[Turn],
         history: Sequence[StepResult],
-        standing: DialogueState,
+        dialogue: DialogueState,
     ) -> Outcome:
         done, problem = attempted(env, self.given, history)
         return Outcome(tuple(done), (problem,) if problem else ())

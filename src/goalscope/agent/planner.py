@@ -105,7 +105,7 @@ class Planner(Protocol):
         wants: Sequence[Want],
         turns: Sequence[Turn],
         history: Sequence[StepResult],
-        standing: DialogueState,
+        dialogue: DialogueState,
     ) -> Outcome:
         """Plan and act; a plan that fails is undone.
 
@@ -116,7 +116,7 @@ class Planner(Protocol):
             wants: Goals to act for.
             turns: The conversation, the newest turn last.
             history: All actions so far, to replay for an undo.
-            standing: The state of the dialogue.
+            dialogue: The state of the dialogue.
 
         Raises:
             GoalscopeError: An undo did not restore the environment.
@@ -149,50 +149,46 @@ class NeedPlanner:
         wants: Sequence[Want],
         turns: Sequence[Turn],
         history: Sequence[StepResult],
-        standing: DialogueState,
+        dialogue: DialogueState,
     ) -> Outcome:
         """See `Planner.act`; nothing is done unasked in an environment that is not `Proactive`."""
         if not isinstance(env, Proactive):
             return Outcome()
-        said = self.said(turns)
-        aims = {want.text: want.probability for want in wants}
-        if not aims or sum(aims.values()) < 1 - _LITTLE:
-            aims[""] = aims.get("", 0.0) + 1 - sum(aims.values())
-        weights = np.array([*aims.values()]) / sum(aims.values())
-        served = _Served(env, standing)
-        known = [
-            called_for(env.like(f"{said} {aim}".strip(), _LIKE), served, served.kind)
-            for aim in aims
-        ]
-        worth = [{way: share - env.agreed for way, share in each.items()} for each in known]
-        if not any(known):
-            worth = self._judged(env, [*aims], int(weights.argmax()), said, served)
-        ways = [*dict.fromkeys(way for each in worth for way in each)]
-        if not ways:
+        goals = {want.text: want.probability for want in wants}
+        if not goals or sum(goals.values()) < 1 - _LITTLE:
+            goals[""] = goals.get("", 0.0) + 1 - sum(goals.values())
+        probability = np.array([*goals.values()]) / sum(goals.values())
+        served = _Served(env, dialogue)
+        leading = int(probability.argmax())
+        sequences, value = self._values(env, [*goals], leading, self.said(turns), served)
+        if not sequences:
             return Outcome()
-        missing = -env.agreed if any(known) else -1.0
-        value = np.array([[each.get(way, missing) for way in ways] for each in worth])
-        choice = choose(weights, value, self.cost)
-        order: list[int] = np.argsort(-choice.value, kind="stable").tolist()
-        held = [served.names[ways[i]] for i in order if choice.hold[i]][: self.limit]
-        leaders: list[int] = (weights[:, None] * value).argmax(axis=0).tolist()
-        chosen = sorted(i for i in [i for i in order if choice.act[i]][: self.limit])
-        results, failed, guessed = list[StepResult](), list[StepResult](), list[Guess]()
-        used = {name for each in history for name in (each.action.target, each.action.destination)}
-        done_before = {env.kind(each.action) for each in history}
-        for i in chosen:
-            if any(
-                each.target in used or env.kind(each) in done_before or is_irreversible(env, each)
-                for each in ways[i]
-            ):
-                continue
-            done_before |= {env.kind(each) for each in ways[i]}
-            done, problem = attempted(env, ways[i], [*history, *results])
-            results += done
-            failed += [problem] if problem else []
-            targets = dict.fromkeys(result.action.target for result in done)
-            guessed += [Guess(target, [*aims][leaders[i]]) for target in targets]
-        return Outcome(tuple(results), tuple(failed), tuple(held), tuple(guessed))
+        choice = choose(probability, value, self.cost)
+        best_first: list[int] = np.argsort(-choice.value, kind="stable").tolist()
+        held = [served.names[sequences[i]] for i in best_first if choice.hold[i]]
+        chosen = [i for i in best_first if choice.act[i]][: self.limit]
+        served_goals: list[int] = (probability[:, None] * value).argmax(axis=0).tolist()
+        # In the order of the scenarios, as one sequence may build on another.
+        plan = [(sequences[i], [*goals][served_goals[i]]) for i in sorted(chosen)]
+        return _carried_out(env, plan, history, tuple(held[: self.limit]))
+
+    def _values(
+        self, env: Proactive, goals: Sequence[str], leading: int, said: str, served: _Served
+    ) -> tuple[list[ActionSequence], Array]:
+        """What may be done, and the value [G, n] of each under each goal, from -1 to 1."""
+        found = [
+            called_for(env.like(f"{said} {goal}".strip(), _LIKE), served, served.kind)
+            for goal in goals
+        ]
+        if any(found):
+            values = [{each: share - env.agreed for each, share in row.items()} for row in found]
+            missing = -env.agreed
+        else:
+            values, missing = self._judged(env, goals, leading, said, served), -1.0
+        sequences = [*dict.fromkeys(each for row in values for each in row)]
+        return sequences, np.array(
+            [[row.get(each, missing) for each in sequences] for row in values]
+        )
 
     def said(self, turns: Sequence[Turn]) -> str:
         """The person's newest words, as many as fit a prompt."""
@@ -201,7 +197,7 @@ class NeedPlanner:
 
     def _judged(
         self, env: Proactive, aims: Sequence[str], leading: int, said: str, served: _Served
-    ) -> list[dict[Way, float]]:
+    ) -> list[dict[ActionSequence, float]]:
         """The value under each aim, from -1 to 1, of what the writer lists for the leading one."""
         room = env.here()
         written = self.writer.needs(aims[leading], said, (), room)
@@ -223,27 +219,27 @@ _LITTLE = 0.1
 _FALL = 0.3  # nats by which each next occasion counts less
 _RANKS = 30  # place in an occasion's list from which on a thing has no vote
 
-Way = tuple[Action, ...]
+ActionSequence = tuple[Action, ...]
 """The actions that serve one need."""
 
 
 class _Served:
     """Looks up how a need is served here, once for each."""
 
-    def __init__(self, env: Proactive, standing: DialogueState) -> None:
-        self._env, self._standing = env, standing
-        self._ways: dict[str, Way] = {}
-        self._kinds: dict[Way, str] = {}
-        self.names: dict[Way, str] = {}
+    def __init__(self, env: Proactive, dialogue: DialogueState) -> None:
+        self._env, self._standing = env, dialogue
+        self._ways: dict[str, ActionSequence] = {}
+        self._kinds: dict[ActionSequence, str] = {}
+        self.names: dict[ActionSequence, str] = {}
 
-    def __call__(self, need: str) -> Way:
+    def __call__(self, need: str) -> ActionSequence:
         """The actions; none if nothing serves the need."""
         if need not in self._ways:
             self._ways[need] = tuple(self._env.serving(need, self._standing))
             self.names.setdefault(self._ways[need], need)
         return self._ways[need]
 
-    def kind(self, way: Way) -> str:
+    def kind(self, way: ActionSequence) -> str:
         """The kinds of its actions."""
         if way not in self._kinds:
             self._kinds[way] = "; ".join(map(self._env.kind, way))
@@ -252,9 +248,9 @@ class _Served:
 
 def called_for(
     like: Sequence[Scenario],
-    served: Callable[[str], Way],
-    kind: Callable[[Way], str] = str,
-) -> dict[Way, float]:
+    served: Callable[[str], ActionSequence],
+    kind: Callable[[ActionSequence], str] = str,
+) -> dict[ActionSequence, float]:
     """The occasions' votes for each way to act, up to 1 if all of them need it first.
 
     Nearer occasions count more, and what is unwanted on one counts against a way. Needs that are
@@ -268,11 +264,11 @@ def called_for(
         kind: See `Proactive.kind`.
     """
     weights = np.exp(-_FALL * np.arange(len(like)))
-    found: dict[Way, float] = defaultdict(float)
-    places: dict[Way, int] = {}
-    ballots: list[dict[Way, float]] = []
+    found: dict[ActionSequence, float] = defaultdict(float)
+    places: dict[ActionSequence, int] = {}
+    ballots: list[dict[ActionSequence, float]] = []
     for weight, each in zip((weights / weights.sum()).tolist(), like, strict=True):
-        votes: dict[Way, float] = {}
+        votes: dict[ActionSequence, float] = {}
         for things, worth in ((each.needed, 1.0), (each.nice, 0.5), (each.unwanted, -1.0)):
             for rank, thing in enumerate(things):
                 if way := served(thing):
@@ -282,7 +278,7 @@ def called_for(
             if vote > 0:
                 places.setdefault(way, place)
         ballots.append(votes)
-    speakers: dict[str, Way] = {}
+    speakers: dict[str, ActionSequence] = {}
     for way in sorted(places, key=lambda way: -found[way]):
         speakers.setdefault(kind(way), way)
     for name, way in speakers.items():
@@ -292,6 +288,31 @@ def called_for(
             if speaker not in votes:
                 found[speaker] += max((v for w, v in votes.items() if kind(w) == name), default=0)
     return {way: found[way] for way in sorted(places, key=lambda way: places[way])}
+
+
+def _carried_out(
+    env: Proactive,
+    plan: Sequence[tuple[ActionSequence, str]],
+    history: Sequence[StepResult],
+    held: tuple[str, ...],
+) -> Outcome:
+    """Execute each sequence, for its goal, unless it repeats something or cannot be undone."""
+    results, failed, guessed = list[StepResult](), list[StepResult](), list[Guess]()
+    used = {name for each in history for name in (each.action.target, each.action.destination)}
+    kinds = {env.kind(each.action) for each in history}
+    for actions, goal in plan:
+        if any(
+            each.target in used or env.kind(each) in kinds or is_irreversible(env, each)
+            for each in actions
+        ):
+            continue
+        kinds |= {env.kind(each) for each in actions}
+        done, failure = attempted(env, actions, [*history, *results])
+        results += done
+        failed += [failure] if failure else []
+        targets = dict.fromkeys(result.action.target for result in done)
+        guessed += [Guess(target, goal) for target in targets]
+    return Outcome(tuple(results), tuple(failed), held, tuple(guessed))
 
 
 def attempted(

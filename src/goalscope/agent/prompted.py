@@ -166,7 +166,7 @@ class PromptedPlanner:
         wants: Sequence[Want],
         turns: Sequence[Turn],
         history: Sequence[StepResult],
-        standing: DialogueState,
+        dialogue: DialogueState,
     ) -> Outcome:
         """See `Planner.act`; nothing is done unasked in an environment that is not `Proactive`."""
         if not isinstance(env, Proactive):
@@ -180,7 +180,7 @@ class PromptedPlanner:
             "relevant", _TERMS, "prompt_relevant", **told, things=env.offers("", _POSSIBLE)
         )
         for replans in range(self.replans + 1):
-            found = (action for term in terms for action in env.actions(term, standing))
+            found = (action for term in terms for action in env.actions(term, dialogue))
             possible = [
                 action
                 for action in dict.fromkeys(found)
