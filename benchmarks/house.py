@@ -23,9 +23,9 @@ from typing import Any
 
 from rich.console import Console
 
-from goalscope.envs.house.simulator.controller import HouseController
 from goalscope.envs.house.simulator.scenes import load_scene, read_scene
 from goalscope.envs.house.simulator.state import Scene
+from goalscope.envs.house.simulator.world import HouseController
 from goalscope.models.llama.engine import processor
 
 STEPS = 10_000
@@ -36,7 +36,7 @@ NEEDS = {
     "SliceObject": "sliceable", "CookObject": "cookable", "BreakObject": "breakable",
     "DirtyObject": "dirtyable", "CleanObject": "dirtyable", "PushObject": "moveable",
     "FillObjectWithLiquid": "canFillWithLiquid", "EmptyLiquidFromObject": "canFillWithLiquid",
-    "Teleport": "", "MoveAhead": "", "RotateRight": "", "LookDown": "", "LookUp": "",
+    "Teleport": "", "MoveAhead": "", "RotateRight": "",
 }  # fmt: skip
 """Actions, and what their object must be."""
 

@@ -1,6 +1,5 @@
 """`goalscope house`, and episodes of the home robot on the command line."""
 
-import gzip
 import json
 import re
 from pathlib import Path
@@ -55,30 +54,6 @@ def test_scenes_are_listed_and_every_profile_has_one() -> None:
     listed = {row["name"] for row in json.loads(invoke("house", "scenes", "--json").stdout)}
     assert len(listed) >= 4
     assert {profile.scene for profile in load_profiles()} <= listed
-
-
-def test_imported_scene_is_found_by_its_name(tmp_path: Path) -> None:
-    file = tmp_path / "mine.json.gz"
-    file.write_bytes(gzip.compress(json.dumps(metadata()).encode()))
-    result = invoke("house", "import", file, "--name", "Bath-2")
-    assert result.exit_code == 0, result.output
-    assert "Bath-2" in invoke("house", "scenes").stdout
-    assert "bathtub" in invoke("house", "show", "Bath-2").stdout
-    assert [each.name for each in (tmp_path / "scenes").iterdir()] == ["Bath-2.json.gz"]
-
-
-@pytest.mark.parametrize("text", ["{", "[]", '{"objects": []}', '{"a": {"objectId": 3}}'])
-def test_broken_scene_is_refused_and_nothing_is_kept(tmp_path: Path, text: str) -> None:
-    (tmp_path / "bad.json").write_text(text)
-    assert "bad.json" in refused("house", "import", tmp_path / "bad.json") or text == "{"
-    assert not (tmp_path / "scenes").exists()
-
-
-def test_an_unknown_liquid_is_told_at_import(tmp_path: Path) -> None:
-    data = metadata()
-    data["objects"][0]["fillLiquid"] = "milk"
-    (tmp_path / "mine.json").write_text(json.dumps(data))
-    assert "knows no milk" in invoke("house", "import", tmp_path / "mine.json").stdout
 
 
 def test_a_broken_scene_is_listed_with_its_error_among_the_others(tmp_path: Path) -> None:

@@ -11,8 +11,7 @@ import pytest
 from goalscope.base.types import InvalidInputError
 from goalscope.envs.house.simulator.geometry import Box, box_of
 from goalscope.envs.house.simulator.object_types import object_types
-from goalscope.envs.house.simulator.rooms import read_room
-from goalscope.envs.house.simulator.scenes import load_scene
+from goalscope.envs.house.simulator.scenes import load_scene, read_room
 from goalscope.envs.house.simulator.state import GRID, REACH, Scene, State
 
 ROOMS = ["Bathroom1", "Bedroom1", "Kitchen1", "LivingRoom1"]
@@ -103,10 +102,6 @@ def test_a_turned_object_has_turned_boxes(tmp_path: Path) -> None:
     sofa = '[[object]]\ntype = "Sofa"\nat = [0.6, 1.5]\nsize = [2, 1, 1]\nrotation = '
     turned = by_type(room(tmp_path, HEAD + sofa + "90\n"))["Sofa"]
     assert box_of(turned).size == pytest.approx((1, 1, 2))
-    corners = turned["objectOrientedBoundingBox"]["cornerPoints"]
-    assert {(round(x, 3), round(z, 3)) for x, _, z in corners} == {
-        (x, z) for x in (0.1, 1.1) for z in (0.5, 2.5)
-    }
     askew = by_type(room(tmp_path, (HEAD + sofa + "45\n").replace("0.6, 1.5", "1.1, 1.5")
                          .replace("[2, 1.5]", "[3.5, 1]")))["Sofa"]  # fmt: skip
     assert box_of(askew).size == pytest.approx((math.sqrt(4.5), 1, math.sqrt(4.5)))

@@ -19,7 +19,7 @@ from goalscope.belief.belief import Belief
 from goalscope.belief.tracker import GoalTracker
 from goalscope.cli.display import show_round
 from goalscope.envs.house.room_map import RoomMap
-from goalscope.envs.house.simulator.rooms import read_room
+from goalscope.envs.house.simulator.scenes import read_room
 from goalscope.storage.store import Store
 from test_catalogue import load
 from test_house_map import room

@@ -18,7 +18,11 @@ house = typer.Typer(no_args_is_help=True, rich_markup_mode=None, help="The home 
 
 @house.command()
 def scenes(as_json: Json = False) -> None:
-    """List the rooms for `--scene`, and why some cannot be used."""
+    """List the rooms for `--scene`: built-in ones, and the files in $GOALSCOPE_SCENES.
+
+    A file holds AI2-THOR's `event.metadata` (.json, .json.gz) or a room in goalscope's own format
+    (.toml). If it cannot be used, the list says why.
+    """
     from goalscope.envs.house.simulator.scenes import known_scenes
 
     rows: list[dict[str, Any]] = []
@@ -43,7 +47,7 @@ def show(
 ) -> None:
     """Print the contents of a room, or draw a map of it."""
     from goalscope.envs.house.room_map import RoomMap
-    from goalscope.envs.house.simulator.controller import HouseController
+    from goalscope.envs.house.simulator.world import HouseController
 
     room = RoomMap(HouseController(scene).last_event.metadata)
     if svg is None:
@@ -55,29 +59,3 @@ def show(
         raise InvalidInputError(
             f"Cannot write the map to {svg}: {error.strerror}. Name another file."
         ) from None
-
-
-@house.command(name="import")
-def import_file(
-    file: Annotated[Path, typer.Argument(help="AI2-THOR's `event.metadata` as JSON, or a room.")],
-    name: Annotated[
-        str | None, typer.Option(help="Name of the scene.  [default: the file's name]")
-    ] = None,
-    force: Annotated[
-        bool, typer.Option("--force", help="Replace an existing scene of this name.")
-    ] = False,
-) -> None:
-    """Import a scene from AI2-THOR for `--scene`.
-
-    The file holds `event.metadata`, or {objectId: object metadata}, or a room in goalscope's own
-    format (.toml); .json.gz works, too. A broken scene is refused, and nothing is saved.
-    """
-    from goalscope.envs.house.simulator.scenes import import_scene
-
-    title, scene = import_scene(file, name, force=force)
-    told = (
-        f"{title}: {pluralize(len(scene.objects), 'object')}. Try: goalscope chat house "
-        f"--scene {title}"
-    )
-    for line in (*scene.notes, told):
-        console().print(terminal_safe(line))

@@ -59,44 +59,51 @@ class Resolver:
 
     def resolve(self, order: Order) -> Resolution:
         """The actions that the order still needs; a limit needs none."""
-        verbs: dict[str, Callable[[Order], Resolution]] = {
-            **dict.fromkeys(ACTS, self._act),
-            **{"put": self._put, "pick up": self._pick_up, "fill": self._fill},
-            **{"cook": self._cook, "make": self._make, "push": self._push, "pull": self._push},
-            "finish": lambda _: Resolution((Action("finish"),)),
-        }
         try:
-            return verbs[order.do](order) if order.do in verbs else Resolution()
+            match order.do:
+                case "put":
+                    return self._put(order)
+                case "pick up":
+                    return self._pick_up(order, order.where)
+                case "push" | "pull":
+                    return self._act(order, self._has("moveable", "pickupable"), lambda _: False)
+                case "fill":
+                    return self._fill(order)
+                case "cook":
+                    return self._cook(order)
+                case "make":
+                    return self._make(order)
+                case "finish":
+                    return Resolution((Action("finish"),))
+                case verb if verb in ACTS:
+                    return self._change(order)
+                case _:
+                    return Resolution()
         except _WhyNotError as why:
             return Resolution(why=str(why))
 
-    def _act(self, order: Order) -> Resolution:
+    def _change(self, order: Order) -> Resolution:
+        """Bring things into the state that the verb names."""
         table = self.view.table
         needs, state, value = ACTS[order.do]
 
         def is_able(own: str) -> bool:
             burner = needs == "toggleable" and table[own]["objectType"] == "StoveBurner"
-            return burner or bool(table[own][needs])
+            return burner or table[own][needs]
 
-        def is_so(own: str) -> bool:
-            return table[own][state] == value
+        return self._act(order, is_able, lambda own: table[own][state] == value)
 
+    def _act(self, order: Order, is_able: _Test, is_so: _Test) -> Resolution:
+        """Do what the verb says to each thing, apart from what a switch among them turns on."""
         things = self._meant(order, order.where, is_able, is_so)
-        switched = {each for own in things for each in table[own]["controlledObjects"] or ()}
+        switched = {burner for own in things for burner in self._controlled(own)}
         lacking = [own for own in things if not is_so(own) and own not in switched]
         return self._or_so([self._do(order.do, own) for own in lacking], order, things)
 
-    def _push(self, order: Order) -> Resolution:
-        is_able = self._has("moveable", "pickupable")
-        things = self._meant(order, order.where, is_able, lambda _: False)
-        return self._or_so([self._do(order.do, own) for own in things], order, things)
-
-    def _pick_up(self, order: Order) -> Resolution:
+    def _pick_up(self, order: Order, where: str) -> Resolution:
         """Into the hand, which holds one thing."""
         held = self.view.held
-        where = order.where if order.do == "pick up" else ""
-        is_able = self._has("pickupable")
-        things = self._meant(order, where, is_able, lambda own: own == held)
+        things = self._meant(order, where, self._has("pickupable"), lambda own: own == held)
         actions = [self._do("pick up", own) for own in things[:1] if own != held]
         if len(things) > 1:
             return Resolution(tuple(actions), "My hand holds one thing at a time.")
@@ -114,13 +121,13 @@ class Resolver:
             where = "back"
         where = where or self._last_place(order)
         if where.casefold() in _PERSON or not where:
-            return self._pick_up(order)
+            return self._pick_up(order, "")
         table, start = self.view.table, self.start.table
         places = [] if where.casefold() in _HOME else self._places(where)
 
         def goals(own: str) -> list[str]:
             home = innermost(start[own], start) if own in start else ""
-            return places or [each for each in (home,) if each in table]
+            return places or [home] * (home in table)
 
         def is_able(own: str) -> bool:
             return table[own]["pickupable"] and own not in places
@@ -139,24 +146,23 @@ class Resolver:
 
     def _last_place(self, order: Order) -> str:
         """Where the put before this one went; "" if there was none."""
-        asked = [*self.asked]
-        before = asked[: len(asked) - 1 - asked[::-1].index(order)] if order in asked else asked
-        places = [each.where for each in before if each.do == "put" and each.where]
-        return places[-1] if places else ""
+        before = [*self.asked]
+        if order in before:
+            del before[len(before) - 1 - before[::-1].index(order) :]
+        return next((o.where for o in reversed(before) if o.do == "put" and o.where), "")
 
     def _fill(self, order: Order) -> Resolution:
         """With water, or what is said; something else in it is poured out first."""
         table, said = self.view.table, singulars(order.for_)
-        liquid = next((each for each in FILLS.values() if each in said), "" if said else "water")
-        if not liquid:
+        kinds = [(verb, liquid) for verb, liquid in FILLS.items() if liquid in said or not said]
+        if not kinds:
             raise _WhyNotError(f"I cannot fill anything with {order.for_:.60}.")
-        verb = next(name for name, each in FILLS.items() if each == liquid)
+        verb, liquid = kinds[0]
 
         def is_so(own: str) -> bool:
             return table[own]["isFilledWithLiquid"] and table[own]["fillLiquid"] in (liquid, None)
 
-        is_able = self._has("canFillWithLiquid")
-        things = self._meant(order, order.where, is_able, is_so)
+        things = self._meant(order, order.where, self._has("canFillWithLiquid"), is_so)
         actions: list[Action] = []
         for own in things:
             if not is_so(own):
@@ -173,25 +179,22 @@ class Resolver:
         places = self._places(order.where) if order.where else []
 
         def is_able(own: str) -> bool:
-            return table[own]["cookable"] or bool(self._pieces([own]).get(own))
+            return table[own]["cookable"] or bool(self._pieces([own])[own])
 
-        def is_so(own: str) -> bool:
-            return bool(table[own]["isCooked"])
-
-        things = self._meant(order, "", is_able, is_so)
+        things = self._meant(order, "", is_able, self._has("isCooked"))
         whole = [own for own in things if not table[own]["cookable"]]
         pieces = self._pieces(whole)
         actions = [self._do("slice", own) for own in whole]
         raw: list[tuple[str, _Thing]] = []
         for own in things:
             if table[own]["cookable"]:
-                raw += [] if is_so(own) else [(self.view.names[own], table[own])]
+                raw += [(self.view.names[own], table[own])] * (not table[own]["isCooked"])
             else:
                 raw += pieces[own][: _number_of(order) if order.unit else 1]
         for number, (name, thing) in enumerate(raw):
             place = self._best(thing, places)
             single = bool(place) and table[place]["objectType"] in SINGLE
-            actions += self._cleared(place, thing["objectId"]) if not number else []
+            actions += [] if number else self._cleared(place, thing["objectId"])
             puts = self._moving(name, thing, place)
             cooked = any(thing["objectId"] in cooks(self.view, put) for put in puts)
             actions += puts if cooked else [*puts, Action("cook", name)]
@@ -206,8 +209,8 @@ class Resolver:
         if "coffee" in dish:
             return self._coffee(order)
         if "toast" in dish:
-            slices = Order("cook", "bread", order.quantity or 1, "slice", where="toaster")
-            return self._cook(slices, order.where)
+            bread = Order("cook", "bread", order.quantity or 1, "slice", where="toaster")
+            return self._cook(bread, order.where)
         raise _WhyNotError(f"I cannot make {order.what or 'that':.60} here.")
 
     def _coffee(self, order: Order) -> Resolution:
@@ -222,11 +225,7 @@ class Resolver:
         if not mugs:
             raise _WhyNotError("There is no empty mug here that I may use.")
         mugs.sort(
-            key=lambda own: (
-                own not in named,
-                not is_at(table[own], machine, table),
-                table[own]["isDirty"],
-            )
+            key=lambda m: (m not in named, not is_at(table[m], machine, table), table[m]["isDirty"])
         )
         where = "" if mugs[0] in named else order.where
         mugs = mugs[: _number_of(order)]
@@ -250,19 +249,22 @@ class Resolver:
         if held := [each for each in others if each in self.bound]:
             name = self.view.names[held[0]]
             raise _WhyNotError(f"I leave the {name} alone, as you asked, and it is in the way.")
-        return [
-            act
-            for each in others
-            for act in self._aside(self.view.names[each], self.view.table[each], place)
-        ]
+        names, table = self.view.names, self.view.table
+        return [act for own in others for act in self._aside(names[own], table[own], place)]
 
     def _aside(self, name: str, thing: _Thing, place: str) -> list[Action]:
         """What makes room at a place: the thing goes back to where it is now, or elsewhere."""
         table = self.view.table
         around = (place, *(table[place]["parentReceptacles"] or ()))
         now = innermost(table.get(thing["objectId"].rpartition("|")[0], thing), table)
-        homes = [each for each in (now, *self._surfaces(thing)) if each not in ("", *around)]
-        return [Action("put", name, destination=self.view.names[each]) for each in homes[:1]]
+        surfaces = (
+            own
+            for own, other in table.items()
+            if accepts(other, thing) and own not in self.bound and other["objectType"] not in SINGLE
+            if not (other["pickupable"] or other["openable"])
+        )
+        home = next((own for own in (now, *surfaces) if own not in ("", *around)), "")
+        return [Action("put", name, destination=self.view.names[home])] if home else []
 
     def _moving(self, name: str, thing: _Thing, place: str) -> list[Action]:
         """The put that brings a thing to a place, unless it is there or no place is given."""
@@ -280,8 +282,10 @@ class Resolver:
     def _pieces(self, things: Sequence[str]) -> dict[str, list[tuple[str, _Thing]]]:
         """What can be cooked of the pieces that things would be cut into, by their names then."""
         table = self.view.table
-        whole = [own for own in things if table[own]["sliceable"] and is_whole(table[own])]
-        cut = {own: slices_of(table[own]) for own in whole}
+        cut = {
+            own: slices_of(table[own]) if table[own]["sliceable"] and is_whole(table[own]) else []
+            for own in things
+        }
         objects = [*self.view.objects, *(each for pieces in cut.values() for each in pieces)]
         names = View({"objects": objects, "inventoryObjects": []}, self.view.names).names
         return {
@@ -296,11 +300,10 @@ class Resolver:
         """The actions, and what they fall short of; where there are none, that it is so."""
         if not actions:
             return Resolution(why=self.view.is_so(order.do, things))
-        short = not order.unit and len(things) < _number_of(order)
-        why = (
-            f"I found only {len(things)} of {_number_of(order)} {order.what:.60}." if short else ""
-        )
-        return Resolution(tuple(actions), why)
+        number = _number_of(order)
+        short = not order.unit and len(things) < number
+        told = f"I found only {len(things)} of {number} {order.what:.60}."
+        return Resolution(tuple(actions), told if short else "")
 
     def _meant(self, order: Order, where: str, is_able: _Test, is_so: _Test) -> list[str]:
         """What an order is about: those first for which there is something to do.
@@ -315,7 +318,12 @@ class Resolver:
             _WhyNotError: There is nothing that it could be done to.
         """
         what, table = f"{order.what:.60}", self.view.table
-        found = self._found(order, where)
+        if what:
+            found = self.finder.find(order.what, where)
+        elif self.done and (last := self.view.id(self.done[-1].target)):
+            found = Found((last,))
+        else:
+            raise _WhyNotError(f"Please say what I am to {order.do}.")
         if not found.things:
             raise _WhyNotError(f"There is no {what} here.")
         if order.what.casefold() == EVERYTHING and order.do not in _FOR_ALL:
@@ -376,19 +384,10 @@ class Resolver:
                 place in taken or bool(self._others(place, own))
             )
 
-        fit = [each for each in places if own not in (each, *self._around(each))]
-        fit.sort(key=lambda each: (is_full(each), not accepts(table[each], thing), self._age(each)))
-        return next(iter(fit), "")
-
-    def _surfaces(self, thing: _Thing) -> list[str]:
-        """What a thing may be put on that stands open and holds many things."""
-        return [
-            own
-            for own, place in self.view.table.items()
-            if accepts(place, thing)
-            and not (place["pickupable"] or place["openable"] or place["objectType"] in SINGLE)
-            and own not in self.bound
-        ]
+        fit = (p for p in places if own not in (p, *(table[p]["parentReceptacles"] or ())))
+        return min(
+            fit, key=lambda p: (is_full(p), not accepts(table[p], thing), self._age(p)), default=""
+        )
 
     def _others(self, place: str, own: str) -> list[str]:
         """Ids of what is in or on a place besides a thing."""
@@ -405,15 +404,6 @@ class Resolver:
         """Whether a thing has one of these affordances."""
         return lambda own: any(self.view.table[own][flag] for flag in flags)
 
-    def _found(self, order: Order, where: str) -> Found:
-        """What is named; without a name, what something was done to last."""
-        if order.what:
-            return self.finder.find(order.what, where)
-        last = self.view.id(self.done[-1].target) if self.done else ""
-        if not last:
-            raise _WhyNotError(f"Please say what I am to {order.do}.")
-        return Found((last,))
-
     def _usual(self, found: Found, things: list[str]) -> list[str]:
         """Of one thing that may be of several kinds, those that usually go by the name."""
         if found.every:
@@ -422,24 +412,24 @@ class Resolver:
         same = [own for own in things if readable(table[own]["objectType"]) == found.name]
         return same or things
 
-    def _around(self, own: str) -> Sequence[str]:
-        return self.view.table[own]["parentReceptacles"] or ()
-
     def _age(self, own: str) -> int:
         """How many actions ago something was done to the thing."""
         name = self.view.names[own]
         ages = (age for age, done in enumerate(reversed(self.done)) if done.target == name)
         return next(ages, len(self.done))
 
+    def _controlled(self, own: str) -> list[str]:
+        """Ids of what a switch turns on."""
+        table = self.view.table
+        return [each for each in table[own]["controlledObjects"] or () if each in table]
+
     def _heats(self, own: str) -> bool:
         """Whether it is, or turns on, a burner under something that is not empty."""
         table = self.view.table
         if table[own]["objectType"] not in ("StoveKnob", "StoveBurner"):
             return False
-        burners = [
-            each for each in (own, *(table[own]["controlledObjects"] or ())) if each in table
-        ]
-        pots = [table[each] for burner in burners for each in self._others(burner, "")]
+        burners = (own, *self._controlled(own))
+        pots = [table[pot] for burner in burners for pot in self._others(burner, "")]
         return any(pot["isFilledWithLiquid"] or pot["receptacleObjectIds"] for pot in pots)
 
 

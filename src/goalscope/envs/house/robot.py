@@ -18,18 +18,19 @@ from goalscope.envs.house.actions import (
     FILLS,
     IRREVERSIBLE,
     NAMES,
+    Primitives,
+    Refusal,
     cooks,
     possible,
     starts,
     undoing,
 )
 from goalscope.envs.house.finding import Finder, asked_about, bound, facts_of
-from goalscope.envs.house.primitives import Primitives, Refusal
 from goalscope.envs.house.profiles import checks_met, types_in
 from goalscope.envs.house.resolve import Resolver
-from goalscope.envs.house.simulator.controller import Controller
 from goalscope.envs.house.simulator.object_types import LASTING, PREDICATES
 from goalscope.envs.house.simulator.state import is_whole
+from goalscope.envs.house.simulator.world import Controller
 from goalscope.envs.house.view import View, readable, the
 from goalscope.envs.scenarios import Scenario, shipped_scenarios
 from goalscope.language.dialogue_state import DialogueState

@@ -78,22 +78,13 @@ def box_of(metadata: Mapping[str, Any]) -> Box:
 
 
 def moved(metadata: dict[str, Any], position: Vec) -> None:
-    """Set an object's position, and take its bounding boxes along."""
-    by = [new - old for new, old in zip(position, vec(metadata["position"]), strict=True)]
+    """Set an object's position, and take its bounding box along."""
+    x, y, z = (new - old for new, old in zip(position, vec(metadata["position"]), strict=True))
+    center, size = box_of(metadata)
     metadata["position"] = as_dict(position)
-    for name in ("axisAlignedBoundingBox", "objectOrientedBoundingBox"):
-        box = metadata.get(name)
-        if not box:
-            continue
-        shifted = dict(box)
-        if corners := box.get("cornerPoints"):
-            shifted["cornerPoints"] = [
-                [each + shift for each, shift in zip(corner, by, strict=True)] for corner in corners
-            ]
-        if "center" in box:
-            center = vec(box["center"])
-            shifted["center"] = as_dict((center[0] + by[0], center[1] + by[1], center[2] + by[2]))
-        metadata[name] = shifted
+    metadata["axisAlignedBoundingBox"] = box_metadata(
+        (center[0] + x, center[1] + y, center[2] + z), size
+    )
 
 
 def sees(pose: Pose, box: Box, reach: float) -> bool:

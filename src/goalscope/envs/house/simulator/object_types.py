@@ -14,20 +14,9 @@ from typing import Any, Literal
 from goalscope.envs.house.simulator.geometry import Vec, as_dict, box_metadata, box_of, vec
 
 FLAGS = (
-    "pickupable",
-    "moveable",
-    "receptacle",
-    "openable",
-    "toggleable",
-    "breakable",
-    "canFillWithLiquid",
-    "dirtyable",
-    "canBeUsedUp",
-    "cookable",
-    "sliceable",
-    "isHeatSource",
-    "isColdSource",
-)
+    "pickupable", "moveable", "receptacle", "openable", "toggleable", "breakable", "dirtyable",
+    "canFillWithLiquid", "canBeUsedUp", "cookable", "sliceable", "isHeatSource", "isColdSource",
+)  # fmt: skip
 """The affordances of AI2-THOR's metadata."""
 
 SINGLE = {
@@ -42,18 +31,9 @@ SINGLE = {
 
 
 PREDICATES = (
-    "isToggled",
-    "isOpen",
-    "isPickedUp",
-    "isSliced",
-    "isCooked",
-    "isDirty",
-    "isFilledWithLiquid",
-    "isBroken",
-    "isUsedUp",
-    "parentReceptacles",
-    "temperature",
-)
+    "isToggled", "isOpen", "isPickedUp", "isSliced", "isCooked", "isDirty", "isFilledWithLiquid",
+    "isBroken", "isUsedUp", "parentReceptacles", "temperature",
+)  # fmt: skip
 """What an object's state is made of, when two houses are compared."""
 
 ACTS = {
@@ -191,16 +171,9 @@ _BY_ASSET = {
 def new_object(kind: ObjectType, position: Vec, size: Vec, rotation: float) -> dict[str, Any]:
     """AI2-THOR's metadata of an object with its underside's middle at `position`."""
     can = {flag: flag in kind.flags for flag in FLAGS}
-    fixed = not (can["pickupable"] or can["moveable"])
     x, y, z = position
     turn = math.radians(rotation)
     cos, sin = math.cos(turn), math.sin(turn)
-    corners = [
-        [x + a * size[0] / 2 * cos + b * size[2] / 2 * sin, up,
-         z - a * size[0] / 2 * sin + b * size[2] / 2 * cos]
-        for up in (y, y + size[1])
-        for a, b in ((1, 1), (-1, 1), (-1, -1), (1, -1))
-    ]  # fmt: skip
     width = abs(size[0] * cos) + abs(size[2] * sin)
     depth = abs(size[0] * sin) + abs(size[2] * cos)
     return {
@@ -225,7 +198,7 @@ def new_object(kind: ObjectType, position: Vec, size: Vec, rotation: float) -> d
         "controlledObjects": None,
         "isMoving": False,
         "axisAlignedBoundingBox": box_metadata((x, y + size[1] / 2, z), (width, size[1], depth)),
-        "objectOrientedBoundingBox": None if fixed else {"cornerPoints": corners},
+        "objectOrientedBoundingBox": None,
     }
 
 
@@ -256,42 +229,34 @@ def slices_of(thing: Mapping[str, Any]) -> list[dict[str, Any]]:
     pieces: list[dict[str, Any]] = []
     for number in range(count):
         name = "Bread" if kind == "Bread" and number == 0 else _NAMES[kind]
-        piece = _piece(thing, name, f"{thing['objectId']}|{name}_{number}")
         position = list(vec(thing["position"]))
-        length = box_of(thing).size[width]
-        position[width] += length * ((number + 0.5) / count - 0.5)
-        piece["position"] = as_dict((position[0], position[1], position[2]))
-        piece["axisAlignedBoundingBox"] = _box(piece)
+        position[width] += box_of(thing).size[width] * ((number + 0.5) / count - 0.5)
+        own = f"{thing['objectId']}|{name}_{number}"
+        piece = _piece(thing, object_type(name), own, (position[0], position[1], position[2]))
         pieces.append(piece)
     return pieces
 
 
-def _piece(thing: Mapping[str, Any], name: str, own: str) -> dict[str, Any]:
-    known = object_type(name)
-    flags = {flag: flag in known.flags for flag in FLAGS}
-    if name == "Bread":
+def _piece(thing: Mapping[str, Any], kind: ObjectType, own: str, position: Vec) -> dict[str, Any]:
+    flags = {flag: flag in kind.flags for flag in FLAGS}
+    size = kind.size
+    if kind.name == "Bread":
         flags["sliceable"] = False
+        size = (0.05, size[1], 0.05)
     return {
         **thing,
         **flags,
         "name": own,
         "objectId": own,
-        "objectType": name,
+        "objectType": kind.name,
         "assetId": "",
+        "position": as_dict(position),
         "isSliced": False,
         "isBroken": False,
         "isPickedUp": False,
         "isCooked": thing["isCooked"] and flags["cookable"],
-        "mass": known.mass,
+        "mass": kind.mass,
         "parentReceptacles": None,
         "receptacleObjectIds": None,
-        "objectOrientedBoundingBox": None,
+        "axisAlignedBoundingBox": box_metadata(position, size),
     }
-
-
-def _box(piece: Mapping[str, Any]) -> dict[str, Any]:
-    x, y, z = vec(piece["position"])
-    width, height, depth = object_type(piece["objectType"]).size
-    if piece["objectType"] == "Bread":
-        width = depth = 0.05
-    return box_metadata((x, y, z), (width, height, depth))

@@ -1,4 +1,4 @@
-"""Scenes: built-in, from the user's folder, or from files, which are validated."""
+"""Scenes: built-in, from the user's folder, or from files of metadata or of rooms in TOML."""
 
 from __future__ import annotations
 
@@ -6,25 +6,32 @@ import gzip
 import json
 import math
 import os
-import re
 import zlib
-from collections.abc import Callable, Mapping, Sequence
-from contextlib import suppress
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import asdict, astuple, dataclass, fields
 from importlib.resources import files
+from importlib.resources.abc import Traversable
 from pathlib import Path
 from typing import Annotated, Any, Literal, cast
 
-from pydantic import Field
+from pydantic import AfterValidator, Field
 
-from goalscope.base.inputs import shown, validated
+from goalscope.base.inputs import nearest, read_toml, shown, validated
 from goalscope.base.text import without_invisible
 from goalscope.base.types import InvalidInputError
 from goalscope.base.user_dirs import user_data
-from goalscope.envs.house.simulator.geometry import box_metadata
-from goalscope.envs.house.simulator.object_types import LIQUIDS
-from goalscope.envs.house.simulator.rooms import read_room
-from goalscope.envs.house.simulator.state import Scene, State
+from goalscope.envs.house.simulator.geometry import RADIUS, Box, Vec, box_metadata, box_of
+from goalscope.envs.house.simulator.object_types import (
+    LIQUIDS,
+    SINGLE,
+    GivenStates,
+    ObjectType,
+    new_floor,
+    new_object,
+    object_types,
+    unfit_state,
+)
+from goalscope.envs.house.simulator.state import ENCLOSING, EYE_HEIGHT, Scene, State
 
 MOST_BYTES = 64 * 2**20
 
@@ -43,6 +50,14 @@ _FLAGS = (
 )  # fmt: skip
 
 
+def _harmless(text: str) -> str:
+    """Refuse invisible characters, and a model's control tokens."""
+    if "<|" in text or without_invisible(text) != text:
+        raise ValueError("it has characters that nobody sees or a model obeys. Leave them out.")
+    return text
+
+
+_Id = Annotated[str, Field(min_length=1, max_length=MOST_TEXT), AfterValidator(_harmless)]
 _Number = Annotated[float, Field(gt=-1e6, lt=1e6)]
 _Side = Annotated[float, Field(ge=0, le=MOST_SIZE)]
 
@@ -77,18 +92,27 @@ class _Agent:
 
 
 @dataclass(frozen=True, slots=True)
-class _Object:
-    """What the house reads of an object's metadata besides its names and flags."""
+class _Head:
+    sceneName: _Id
+    agent: _Agent | None
 
+
+@dataclass(frozen=True, slots=True)
+class _Object:
+    """What the house reads of an object's metadata besides its flags."""
+
+    objectId: _Id
+    objectType: _Id
+    name: _Id
     position: _Vector
     rotation: _Vector = _Vector(0.0, 0.0, 0.0)
-    fillLiquid: Annotated[str, Field(max_length=20)] | None = None
+    fillLiquid: Annotated[str, Field(max_length=20), AfterValidator(_harmless)] | None = None
     temperature: Literal["RoomTemp", "Hot", "Cold"] = "RoomTemp"
     openness: Annotated[float, Field(ge=0, le=1)] | None = None
     mass: _Number = 0.0
-    parentReceptacles: list[str] | None = None
-    receptacleObjectIds: list[str] | None = None
-    controlledObjects: list[str] | None = None
+    parentReceptacles: list[_Id] | None = None
+    receptacleObjectIds: list[_Id] | None = None
+    controlledObjects: list[_Id] | None = None
     axisAlignedBoundingBox: _Box | None = None
 
 
@@ -141,66 +165,6 @@ def scenes_folder() -> Path:
     return Path(given) if given else user_data() / "scenes"
 
 
-def import_scene(path: Path, name: str | None = None, *, force: bool = False) -> tuple[str, Scene]:
-    """Check a scene file and save it in `scenes_folder()`, completely or not at all.
-
-    Args:
-        path: See `read_scene`.
-        name: Name of the scene; by default, the file's name without suffixes.
-        force: Replace a scene of this name that was imported before.
-
-    Returns:
-        The name, by which `load_scene` now finds it, and the scene.
-
-    Raises:
-        InvalidInputError: The file is not a scene, the agent cannot stand anywhere in it, the name
-            is taken or has characters other than letters, digits, "_" and "-", or the folder is not
-            writable.
-    """
-    scene = read_scene(path)
-    State(scene)
-    title = name or path.name.partition(".")[0]
-    if not re.fullmatch(r"[A-Za-z0-9_-]{1,80}", title):
-        raise InvalidInputError(
-            f"{title!r} is not a valid scene name. Use letters, digits, _ and -."
-        )
-    folder = scenes_folder()
-    _check_is_free(title, force)
-    kept = {"sceneName": title, "agent": scene.agent, "objects": scene.objects}
-    part = folder / f".{title}.{os.getpid()}.part"
-    try:
-        folder.mkdir(parents=True, exist_ok=True)
-        part.write_bytes(gzip.compress(json.dumps(kept).encode()))
-        part.replace(folder / f"{title}.json.gz")
-    except OSError as error:
-        with suppress(OSError):
-            part.unlink(missing_ok=True)
-        raise InvalidInputError(
-            f"Cannot save the scene in {folder}: {error.strerror}. Set GOALSCOPE_SCENES to a "
-            "writable folder."
-        ) from None
-    return title, scene
-
-
-def _check_is_free(title: str, force: bool) -> None:
-    if title in _own():
-        raise InvalidInputError(
-            f"{title!r} is the name of a built-in scene. Choose another with --name."
-        )
-    taken = [path.name for path in _kept() if path.name.partition(".")[0] == title]
-    others = [each for each in taken if each != f"{title}.json.gz"]
-    if others:
-        raise InvalidInputError(
-            f"The scene {title!r} already exists as {others[0]} in {scenes_folder()}. Remove "
-            "that file, or choose another name with --name."
-        )
-    if taken and not force:
-        raise InvalidInputError(
-            f"The scene {title!r} already exists. Replace it with --force, or choose another "
-            "name with --name."
-        )
-
-
 def load_scene(name: str) -> Scene:
     """The scene of this name ("Kitchen1"), or in this file ("scenes/FloorPlan1_physics.json.gz").
 
@@ -220,7 +184,7 @@ def load_scene(name: str) -> Scene:
         return read_scene(name)
     raise InvalidInputError(
         f"There is no scene {name!r}. Choose one of {', '.join(scenes)}, or name a file. "
-        "`goalscope house import FILE` adds more."
+        f"Files in {scenes_folder()} are found by their names."
     )
 
 
@@ -276,19 +240,16 @@ def scene_from_metadata(metadata: Any, *, label: str, name: str | None = None) -
         raise InvalidInputError(
             f"{label}: {held[0]!r} and {held[1]!r} are both picked up; a hand holds one thing."
         )
-    agent = table.get("agent")
-    if agent is not None:
-        agent = {
-            "name": "agent",
-            **asdict(validated(_known(agent, _Agent), _Agent, f"{label}, agent")),
-            "inHighFrictionArea": False,
-        }
-    title = table.get("sceneName") or name or "Imported"
-    if not _is_text(title, MOST_TEXT):
-        raise InvalidInputError(f"{label}: 'sceneName' must be a short text.")
-    odd = sorted({str(each["fillLiquid"]) for each in rows if _is_odd_liquid(each)})
+    given = {
+        "sceneName": table.get("sceneName") or name or "Imported",
+        "agent": _known(table.get("agent"), _Agent),
+    }
+    head = validated(given, _Head, label)
+    agent = head.agent and {"name": "agent", **asdict(head.agent), "inHighFrictionArea": False}
+    liquids = {row["fillLiquid"] for row in rows if row.get("fillLiquid")}
+    odd = sorted(liquids - {*LIQUIDS})
     note = f"The house knows no {' or '.join(odd[:5])}: what holds it counts as filled."
-    return Scene(str(title), objects, agent, (note,) if odd else ())
+    return Scene(head.sceneName, objects, agent, (note,) if odd else ())
 
 
 def _object(row: Any, label: str) -> dict[str, Any]:
@@ -296,29 +257,14 @@ def _object(row: Any, label: str) -> dict[str, Any]:
     if not isinstance(row, dict):
         raise InvalidInputError(f"{label}: expected a JSON object, not {type(row).__name__}.")
     given = cast("dict[str, Any]", row)
-    names = {key: given.get(key) for key in ("objectId", "objectType")}
-    names["name"] = given.get("name", names["objectId"])
-    for key, text in names.items():
-        if not text or not _is_text(text, MOST_TEXT):
-            raise InvalidInputError(
-                f"{label}: {key!r} must be a text of 1 to {MOST_TEXT} characters without control "
-                "characters. Is this the metadata of AI2-THOR 5?"
-            )
-    label = f"{label} {given['objectId']!r}"
+    label = f"{label} {shown(given.get('objectId'))}"
     flags = validated({key: given.get(key, False) for key in _FLAGS}, dict[str, bool], label)
-    thing = validated(_known(given, _Object), _Object, label)
-    ids = (thing.parentReceptacles, thing.receptacleObjectIds, thing.controlledObjects)
-    for own in [own for each in ids for own in each or ()]:
-        if not _is_text(own, MOST_TEXT):
-            raise InvalidInputError(f"{label}: {shown(own)} is no id of an object.")
-    if thing.fillLiquid and not _is_text(thing.fillLiquid, 20):
-        raise InvalidInputError(f"{label}: 'fillLiquid' must be a short text or null.")
+    named = {"name": given.get("objectId"), **given}
+    thing = validated(_known(named, _Object), _Object, label)
     openness = float(flags["isOpen"]) if thing.openness is None else thing.openness
     box = thing.axisAlignedBoundingBox or _Box()
-    materials = given.get("salientMaterials")
     return {
-        **names,
-        "assetId": given["assetId"] if _is_text(given.get("assetId"), MOST_TEXT) else "",
+        "assetId": "".join(_texts([given.get("assetId")]) or ()),
         "visible": False,
         "isInteractable": False,
         "distance": 0.0,
@@ -327,16 +273,12 @@ def _object(row: Any, label: str) -> dict[str, Any]:
         "receptacleObjectIds": thing.receptacleObjectIds or ([] if flags["receptacle"] else None),
         "fillLiquid": thing.fillLiquid if thing.fillLiquid in LIQUIDS else None,
         "openness": openness,
-        "salientMaterials": [
-            each for each in cast("list[Any]", materials)[:20] if _is_text(each, 40)
-        ]
-        if isinstance(materials, list)
-        else None,
+        "salientMaterials": _texts(given.get("salientMaterials")),
         "isMoving": False,
         "axisAlignedBoundingBox": box_metadata(
             astuple(box.center or thing.position), astuple(box.size)
         ),
-        "objectOrientedBoundingBox": _oriented(given.get("objectOrientedBoundingBox")),
+        "objectOrientedBoundingBox": None,
     }
 
 
@@ -348,26 +290,296 @@ def _known(given: Any, kind: type) -> Any:
     return {each.name: table[each.name] for each in fields(kind) if each.name in table}
 
 
-def _is_odd_liquid(given: Mapping[str, Any]) -> bool:
-    return given.get("fillLiquid") not in (None, *LIQUIDS)
+def _texts(value: Any) -> list[str] | None:
+    """The harmless short texts of a list, which the house can do without."""
+    given = cast("list[Any]", value) if isinstance(value, list) else []
+    short = (text for text in given[:20] if isinstance(text, str) and len(text) <= MOST_TEXT)
+    harmless = [text for text in short if "<|" not in text and without_invisible(text) == text]
+    return harmless or None
 
 
-def _is_text(value: Any, most: int) -> bool:
-    """Whether it is short, and without invisible characters and a model's control tokens."""
-    is_short = isinstance(value, str) and len(value) <= most
-    return is_short and "<|" not in value and without_invisible(value) == value
+MOST_ROOM_OBJECTS = 200
+CEILING = 3.0
+"""Limits of a room: 200 objects, 3 m high."""
+
+_BASINS = {"SinkBasin": "Sink", "BathtubBasin": "Bathtub"}
+_HOOKS = {"HandTowelHolder", "TowelHolder", "ToiletPaperHanger"}
+_HOLLOW = {
+    "BathtubBasin", "Bowl", "CoffeeMachine", "Cup", "DogBed", "GarbageCan", "Mug", "Pan", "Plate",
+    "Pot", "Shelf", "SinkBasin", "Toaster",
+}  # fmt: skip
+"""Receptacles besides those that open, of which the things inside stand on the bottom."""
+
+_SEATS = {"ArmChair": 0.48, "Bed": 0.61, "Chair": 0.5, "Sofa": 0.47}
+"""Where one sits or lies, as a share of the height."""
+
+_WALL = 0.02
+"""Thickness of a receptacle's walls, in m."""
 
 
-def _oriented(value: Any) -> dict[str, Any] | None:
-    corners: Any = (
-        cast("dict[str, Any]", value).get("cornerPoints") if isinstance(value, dict) else 0
+_Metres = Annotated[float, Field(ge=0, le=50)]
+_Length = Annotated[float, Field(ge=0.001, le=50)]
+_Degrees = Annotated[float, Field(ge=-360, le=360)]
+_Text = Annotated[str, Field(min_length=1, max_length=60)]
+
+
+@dataclass(frozen=True, slots=True)
+class _AgentRow:
+    position: tuple[_Metres, _Metres]
+    rotation: _Degrees = 0.0
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class _Row(GivenStates):
+    """An [[object]]; None where a key is not given."""
+
+    type: _Text
+    label: _Text | None = None
+    at: Annotated[tuple[_Metres, ...], Field(min_length=2, max_length=3)] | None = None
+    in_: Annotated[_Text | None, Field(alias="in")] = None
+    on: _Text | None = None
+    size: tuple[_Length, _Length, _Length] | None = None
+    rotation: _Degrees = 0.0
+    controls: _Text | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class _Room:
+    name: Annotated[str, Field(pattern=r"^[A-Za-z0-9_]{1,60}$")]
+    size: tuple[Annotated[float, Field(ge=1, le=50)], Annotated[float, Field(ge=1, le=50)]]
+    agent: _AgentRow
+    object: Annotated[tuple[_Row, ...], Field(min_length=1, max_length=MOST_ROOM_OBJECTS)]
+
+
+def read_room(source: Path | Traversable) -> Scene:
+    """Read a room from a TOML file: `name`, `size = [x, z]` in m, `[agent]`, and `[[object]]`s.
+
+    One corner of the room is at x = 0 and z = 0. The agent has a `position = [x, z]` and may have
+    a `rotation` in degrees, clockwise from +z. Each object has a `type` of AI2-THOR and one of
+
+    * `at = [x, z]`: its middle, standing on the floor; `at = [x, y, z]` with its underside at y;
+    * `in` or `on` (they mean the same): a receptacle written further up, by its `label`, or by its
+      type if there is but one. It gets a free spot there.
+
+    It may have a `label`, `size = [width, height, depth]` in m, a `rotation`, and states by
+    AI2-THOR's names, such as `isOpen = true` or `fillLiquid = "wine"`. A SinkBasin is `in` a Sink,
+    a BathtubBasin `in` a Bathtub; a StoveKnob `controls` a StoveBurner. There is always a floor,
+    light is switched on, and food in the fridge is cold.
+
+    Raises:
+        InvalidInputError: The file cannot be read, or describes no possible room; the message
+            names the file, the object, and the remedy.
+    """
+    given, label = read_toml(source, _Room), source.name
+    width, depth = given.size
+    room = _Furnishing(given.name, width, depth)
+    for standing in (True, False):
+        for number, row in enumerate(given.object, 1):
+            if (row.at is not None) == standing:
+                room.add(row, f"{label}, object {number}")
+    room.connect()
+    x, z = given.agent.position
+    agent = {
+        "name": "agent",
+        "position": {"x": x, "y": EYE_HEIGHT, "z": z},
+        "rotation": {"x": 0.0, "y": given.agent.rotation % 360, "z": 0.0},
+        "cameraHorizon": 0.0,
+        "isStanding": True,
+        "inHighFrictionArea": False,
+    }
+    scene = Scene(given.name, tuple(room.objects.values()), agent)
+    inside = min(x, z, width - x, depth - z) >= RADIUS
+    if not inside or any(box.distance(x, z) < RADIUS for box in State(scene).solids):
+        raise InvalidInputError(
+            f"{label}, agent: there is no place to stand at its 'position'. Move it from "
+            "furniture and walls."
+        )
+    return scene
+
+
+class _Furnishing:
+    """A room while it is furnished; `objects` is their metadata by id."""
+
+    def __init__(self, name: str, width: float, depth: float) -> None:
+        self.name = name
+        self.called: dict[str, list[str]] = {}
+        self.knobs: list[tuple[str, str, str]] = []
+        self.floor = new_floor(width, depth)
+        self.floor["name"] = self._name(self.floor["objectId"])
+        self.objects = {self.floor["objectId"]: self.floor}
+        self.extent = Box((width / 2, CEILING / 2, depth / 2), (width, CEILING, depth))
+
+    def add(self, row: _Row, label: str) -> None:
+        """Put one object into the room."""
+        kind, label = self._kind(row, label)
+        size, host = row.size or kind.size, None
+        if row.at is not None:
+            position = (row.at[0], row.at[1] if len(row.at) == 3 else 0.0, row.at[-1])
+            if position[1] == 0.0:
+                host = self.floor
+        else:
+            host = self._find(row.in_ or row.on or "", label, "the receptacle")
+            outer = box_of(new_object(kind, (0.0, 0.0, 0.0), size, row.rotation)).size
+            position = self._spot(kind, outer, host, label)
+        thing = new_object(kind, position, size, row.rotation)
+        if kind.name in _BASINS and host is not None:
+            thing["objectId"], host = f"{host['objectId']}|{kind.name}", None
+        box = box_of(thing)
+        if any(
+            box.low(axis) < self.extent.low(axis) - 0.01
+            or box.high(axis) > self.extent.high(axis) + 0.01
+            for axis in range(3)
+        ):
+            raise InvalidInputError(
+                f"{label}: it reaches outside the room, which is {self.extent.size[0]:g} m by "
+                f"{self.extent.size[2]:g} m and {CEILING:g} m high. Move it, or give its 'size'."
+            )
+        if thing["objectId"] in self.objects:
+            raise InvalidInputError(f"{label}: another one is at the same place. Move one.")
+        self._set_states(thing, row, host, label)
+        if host is not None:
+            holders = [host["objectId"]]
+            if host["pickupable"]:
+                holders += host["parentReceptacles"] or ()
+            thing["parentReceptacles"] = sorted(holders)
+            for holder in holders:
+                ids = self.objects[holder]["receptacleObjectIds"]
+                self.objects[holder]["receptacleObjectIds"] = sorted([*ids, thing["objectId"]])
+        thing["name"] = self._name(thing["objectId"])
+        self.objects[thing["objectId"]] = thing
+        self.called.setdefault(row.label or kind.name, []).append(thing["objectId"])
+        if kind.name == "StoveKnob":
+            self.knobs.append((thing["objectId"], row.controls or "", label))
+
+    def connect(self) -> None:
+        """Let each knob control its burner."""
+        for knob, burner, label in self.knobs:
+            target = self._find(burner, label, "controls") if burner else None
+            if target is None or target["objectType"] != "StoveBurner":
+                raise InvalidInputError(f"{label}: 'controls' must be the label of a StoveBurner.")
+            self.objects[knob]["controlledObjects"] = [target["objectId"]]
+
+    def _kind(self, row: _Row, label: str) -> tuple[ObjectType, str]:
+        """The object's type, and a label that names it; refuses what needs no room to be wrong."""
+        name, known = row.type, object_types()
+        if name not in known or name == "Floor":
+            hint = "the room has its floor already." if name == "Floor" else nearest(name, known)
+            raise InvalidInputError(f"{label}: the type {shown(name)} cannot be used; {hint}")
+        label = f"{label} {name}"
+        if row.label is not None:
+            if without_invisible(row.label) != row.label:
+                raise InvalidInputError(
+                    f"{label}: 'label' has invisible characters. Leave them out."
+                )
+            label = f"{label} {row.label!r}"
+            if row.label in self.called or (row.label in known and row.label != name):
+                raise InvalidInputError(f"{label}: this label is taken. Choose another.")
+        if sum(each is not None for each in (row.at, row.in_, row.on)) != 1:
+            raise InvalidInputError(f"{label}: expected exactly one of the keys at, in, on.")
+        if name in _BASINS and row.at is not None:
+            raise InvalidInputError(f"{label}: it must be in a {_BASINS[name]}, not 'at' a place.")
+        if row.controls is not None and name != "StoveKnob":
+            raise InvalidInputError(f"{label}: 'controls' is for a StoveKnob, and names a burner.")
+        return known[name], label
+
+    def _find(self, called: str, label: str, key: str) -> dict[str, Any]:
+        ids = self.called.get(called, [])
+        if len(ids) == 1:
+            return self.objects[ids[0]]
+        if ids:
+            told = f"there are {len(ids)} of it. Give each a 'label', and name that one."
+        else:
+            told = f"{nearest(shown(called), self.called)} It must be written further up."
+        raise InvalidInputError(f"{label}: {key} {shown(called)} is not clear; {told}")
+
+    def _spot(self, kind: ObjectType, size: Vec, host: dict[str, Any], label: str) -> Vec:
+        """A free spot in or on a receptacle: the middle of the underside."""
+        name, area = host["objectType"], box_of(host)
+        x, y, z = area.center[0], area.low(1), area.center[2]
+        if kind.name in _BASINS:
+            if name != _BASINS[kind.name]:
+                raise InvalidInputError(f"{label}: it must be in a {_BASINS[kind.name]}.")
+            return (x, area.high(1) - size[1] + 0.01, z)
+        if not host["receptacle"]:
+            raise InvalidInputError(f"{label}: {name} is not a receptacle. Choose another.")
+        inside = [self.objects[each] for each in host["receptacleObjectIds"]]
+        if name in SINGLE:
+            if inside or SINGLE[name] not in ("", kind.name):
+                what = SINGLE[name] or "object"
+                raise InvalidInputError(f"{label}: a {name} holds one {what}. Choose another.")
+            if name in _HOOKS:
+                return (x, max(area.high(1) - size[1], 0.0), z)
+            return (x, y + _WALL if name in _HOLLOW else area.high(1), z)
+        if name in ENCLOSING or name in _HOLLOW:
+            y, others = y + _WALL, inside
+        else:
+            y += area.size[1] * _SEATS.get(name, 1.0)
+            others = [each for each in self.objects.values() if each is not host]
+        level = area._replace(center=(x, y + size[1] / 2, z))
+        if name in ENCLOSING:
+            width, height, depth = area.size
+            level = level._replace(size=(width - 2 * _WALL, height - _WALL, depth - 2 * _WALL))
+        spot = _free_spot(level, size, [box_of(each) for each in others])
+        if spot is None or (name in ENCLOSING and size[1] > level.size[1]):
+            raise InvalidInputError(
+                f"{label}: there is no room for it in or on the {name}. Put it elsewhere, or give "
+                "a 'size' or a 'rotation' with which it fits."
+            )
+        return (spot[0], y, spot[1])
+
+    def _set_states(
+        self,
+        thing: dict[str, Any],
+        row: _Row,
+        host: Mapping[str, Any] | None,
+        label: str,
+    ) -> None:
+        kind = thing["objectType"]
+        thing["isToggled"] = kind == "LightSwitch"
+        if host and host["objectType"] == "Fridge" and "Food" in (thing["salientMaterials"] or ()):
+            thing["temperature"] = "Cold"
+        for key, value in row.states.items():
+            if problem := unfit_state(key, [kind]):
+                raise InvalidInputError(f"{label}: {problem}")
+            thing[key] = value
+        thing["openness"] = float(thing["isOpen"])
+        thing["isFilledWithLiquid"] = thing["fillLiquid"] is not None
+
+    def _name(self, object_id: str) -> str:
+        kind = object_id.split("|")[-1] if object_id.count("|") > 3 else object_id.split("|")[0]
+        return f"{kind}_{zlib.crc32(f'{self.name} {object_id}'.encode()):08x}"
+
+
+def _free_spot(level: Box, size: Vec, others: Iterable[Box]) -> tuple[float, float] | None:
+    """Where (x, z) something of this size is free of others on a level, with some air if possible.
+
+    Args:
+        level: The area, at the height of the middle of what is put there.
+        size: Of what is put there.
+        others: Boxes of what may be in the way.
+    """
+    level = level._replace(size=(level.size[0], size[1], level.size[2]))
+    taken = [box for box in others if _touch(box, level, 0.1)]
+    for gap in (0.1, 0.03, 0.0):
+        for x in _steps(level, 0, size[0]):
+            for z in _steps(level, 2, size[2]):
+                spot = Box((x, level.center[1], z), size)
+                if not any(_touch(spot, box, gap) for box in taken):
+                    return (x, z)
+    return None
+
+
+def _steps(area: Box, axis: int, length: float) -> list[float]:
+    """Where the middle of something of this length may be along an axis: every 5 cm or more."""
+    low, high = area.low(axis) + length / 2, area.high(axis) - length / 2
+    step = max(0.05, (high - low) / 60)
+    return [low + step * each for each in range(math.floor((high - low) / step + 1e-6) + 1)]
+
+
+def _touch(one: Box, other: Box, gap: float) -> bool:
+    """Whether two boxes overlap or, seen from above, are nearer than `gap`."""
+    return all(
+        abs(one.center[axis] - other.center[axis])
+        < (one.size[axis] + other.size[axis]) / 2 + extra - 1e-6
+        for axis, extra in ((0, gap), (1, 0.01), (2, gap))
     )
-    if not isinstance(corners, Sequence) or len(cast("Sequence[Any]", corners)) != 8:
-        return None
-    try:
-        points = [[float(each) for each in corner] for corner in cast("Any", corners)]
-    except (TypeError, ValueError, OverflowError):
-        return None
-    if any(len(point) != 3 or not all(map(math.isfinite, point)) for point in points):
-        return None
-    return {"cornerPoints": points}

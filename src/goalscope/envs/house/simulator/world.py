@@ -1,16 +1,24 @@
-"""The embedded house: a simulator with AI2-THOR's actions and metadata."""
+"""The embedded house with AI2-THOR's actions and metadata, and the controllers that drive one."""
 
 from __future__ import annotations
 
+import importlib
 import inspect
 import math
+import os
+import shlex
+import warnings
 from collections.abc import Callable, Mapping
-from typing import Any
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, Protocol
 
-from goalscope.envs.house.simulator.acts import ACTS
-from goalscope.envs.house.simulator.geometry import STANDING_CAMERA, as_dict, box_of, vec
-from goalscope.envs.house.simulator.motion import MOTIONS, QUERIES
-from goalscope.envs.house.simulator.state import HAND, Failure, Scene, State
+from goalscope.base.optional_packages import remedy
+from goalscope.base.types import GoalscopeError, InvalidInputError
+from goalscope.envs.house.simulator.acts import ACTS, MOTIONS, QUERIES
+from goalscope.envs.house.simulator.geometry import vec
+from goalscope.envs.house.simulator.scenes import load_scene
+from goalscope.envs.house.simulator.state import Failure, Scene, State
 
 ACTIONS: Mapping[str, Callable[..., Any]] = {**ACTS, **MOTIONS, **QUERIES}
 """Every action of the house, by AI2-THOR's name."""
@@ -34,9 +42,6 @@ _FOR_THE_ENGINE = frozenset(
 
 x and y are a place on the screen then: what an action is for is told by `objectId`.
 """
-
-CEILING = 2.6
-"""Least height of a room, in m."""
 
 ROOM_TEMPERATURE_AFTER = 10.0
 """Seconds after which what is away from heat and cold has the temperature of the room."""
@@ -66,7 +71,6 @@ class House:
 
     def __init__(self, scene: Scene) -> None:
         self.state = State(scene)
-        self._bounds = _extent(self.state)
 
     def step(self, action: Mapping[str, Any]) -> dict[str, Any]:
         """Take one action, {"action": name, ...} with AI2-THOR's arguments.
@@ -105,8 +109,6 @@ class House:
         It is the caller's own, but for the bounding boxes: these are shared, and not to be altered.
         """
         state = self.state
-        pose = state.pose
-        x, y, z = pose.position
         held = state.objects[state.held] if state.held else None
         return {
             "objects": [_copied(each) for each in state.objects.values()],
@@ -115,7 +117,6 @@ class House:
                 "position": {**state.agent["position"]},
                 "rotation": {**state.agent["rotation"]},
             },
-            "heldObjectPose": _hand(state),
             "inventoryObjects": [{"objectId": held["objectId"], "objectType": held["objectType"]}]
             if held
             else [],
@@ -125,59 +126,10 @@ class House:
             "errorMessage": error,
             "errorCode": code,
             "actionReturn": returned,
-            "actionIntReturn": 0,
-            "actionFloatReturn": 0.0,
-            "actionStringsReturn": [],
-            "actionFloatsReturn": [],
-            "actionVector3sReturn": [],
-            "screenWidth": 300,
-            "screenHeight": 300,
             "agentId": 0,
             "thirdPartyCameras": [],
-            "arm": None,
-            "fov": 90.0,
-            "cameraOrthSize": -1.0,
-            "depthFormat": "Meters",
-            "colors": None,
-            "visibleRange": None,
-            "flatSurfacesOnGrid": [],
-            "distances": [],
-            "normals": [],
-            "isOpenableGrid": [],
-            "segmentedObjectIds": [],
-            "objectIdsInBox": [],
-            "isSceneAtRest": True,
-            "collided": False,
-            "collidedObjects": [],
             "currentTime": state.clock,
-            "cameraPosition": as_dict((x, y + STANDING_CAMERA * pose.standing, z)),
-            "sceneBounds": self._bounds,
         }
-
-
-def _hand(state: State) -> dict[str, Any]:
-    """Where the hand is, in the room and as the camera has it."""
-    ahead, up = HAND
-    return {
-        "position": as_dict(state.hand),
-        "rotation": as_dict((0.0, state.pose.yaw, 0.0)),
-        "localPosition": as_dict((0.0, up - STANDING_CAMERA, ahead)),
-        "localRotation": as_dict((0.0, 0.0, 0.0)),
-    }
-
-
-def _extent(state: State) -> dict[str, Any]:
-    """The box around the floor and all that is in the room, up to the ceiling."""
-    boxes = [state.floor, *map(box_of, state.objects.values())]
-    low = [min(box.low(axis) for box in boxes) for axis in range(3)]
-    high = [max(box.high(axis) for box in boxes) for axis in range(3)]
-    high[1] = max(high[1], state.floor.center[1] + CEILING)
-    (x0, y0, z0), (x1, y1, z1) = low, high
-    return {
-        "cornerPoints": [[x, y, z] for x in (x1, x0) for y in (y1, y0) for z in (z1, z0)],
-        "center": as_dict(((x0 + x1) / 2, (y0 + y1) / 2, (z0 + z1) / 2)),
-        "size": as_dict((x1 - x0, y1 - y0, z1 - z0)),
-    }
 
 
 def _copied(thing: Mapping[str, Any]) -> dict[str, Any]:
@@ -281,3 +233,138 @@ def _cool(state: State, kept: set[str]) -> None:
         elif state.clock - state.cooling.setdefault(own, state.clock) >= ROOM_TEMPERATURE_AFTER:
             thing["temperature"] = "RoomTemp"
             del state.cooling[own]
+
+
+RAISED = ("InvalidAction", "MissingArguments", "InvalidArgument")
+"""Error codes that AI2-THOR's Controller raises a ValueError for."""
+
+
+PATIENCE = 60.0
+"""Seconds that Unity may take for one step."""
+
+PHYSICS_STEP = 0.02
+"""Seconds of one step of physics: a fixed one, so that the same actions lead to the same state."""
+
+
+class Controller(Protocol):
+    """What the robot needs of a controller: AI2-THOR's own has it, and `HouseController`."""
+
+    @property
+    def last_event(self) -> Any:
+        """The event of the last step, with `.metadata`."""
+        ...
+
+    def step(self, action: str, **arguments: Any) -> Any:
+        """Take one action."""
+        ...
+
+    def reset(self) -> Any:
+        """Go back to the start of the scene."""
+        ...
+
+    def stop(self) -> Any:
+        """Let go of whatever runs behind it."""
+        ...
+
+
+@dataclass(frozen=True, slots=True)
+class Event:
+    """What a step led to; true if the action succeeded.
+
+    Attributes:
+        metadata: AI2-THOR's metadata after the step.
+    """
+
+    metadata: dict[str, Any]
+
+    def __bool__(self) -> bool:
+        return bool(self.metadata["lastActionSuccess"])
+
+
+class HouseController:
+    """Drives the embedded house as `ai2thor.controller.Controller` drives Unity.
+
+    Examples:
+        >>> controller = HouseController("Kitchen1")   # doctest: +SKIP
+        >>> controller.step("PickupObject", objectId=egg, forceAction=True)   # doctest: +SKIP
+
+    Args:
+        scene: A scene, its name, or its file; see `load_scene`.
+
+    Attributes:
+        last_event: What the last step led to.
+    """
+
+    def __init__(self, scene: str | Scene = "Kitchen1") -> None:
+        self._scene = scene if isinstance(scene, Scene) else load_scene(scene)
+        self.last_event: Event
+        self.reset()
+
+    def reset(self) -> Event:
+        """Go back to the start of the scene."""
+        self._house = House(self._scene)
+        self.last_event = Event(self._house.metadata())
+        return self.last_event
+
+    def step(self, action: str, **arguments: Any) -> Event:
+        """Take one action.
+
+        Raises:
+            ValueError: There is no such action, or its arguments are wrong.
+        """
+        self.last_event = Event(self._house.step({"action": action, **arguments}))
+        metadata = self.last_event.metadata
+        if metadata["errorCode"] in RAISED:
+            raise ValueError(metadata["errorMessage"])
+        return self.last_event
+
+    def stop(self) -> None:
+        """Nothing runs behind it."""
+
+
+def start_thor(scene: str, unity: str | None = None) -> Controller:
+    """Start AI2-THOR.
+
+    Args:
+        scene: Name of the scene, as the build knows it.
+        unity: Path of a Unity build; None takes AI2-THOR's own, which it fetches at the first
+            use. Without a display that one renders unseen.
+
+    Raises:
+        InvalidInputError: AI2-THOR is not installed, or there is no such program.
+        GoalscopeError: It does not start; the message says why.
+    """
+    try:
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")
+            thor: Any = importlib.import_module("ai2thor.controller")
+    except ImportError as error:
+        raise InvalidInputError(
+            f"AI2-THOR is not installed ({error}). Run {remedy('thor')}; or leave out `--simulator "
+            "thor` for the embedded house."
+        ) from None
+    options: dict[str, Any] = {}
+    if unity is not None:
+        if not os.access(unity, os.X_OK) or Path(unity).is_dir():
+            raise InvalidInputError(f"{unity} is not an executable program. Name a Unity build.")
+        options = {
+            "local_executable_path": shlex.quote(unity),
+            "x_display": os.environ.get("DISPLAY", ":0"),
+            "headless": True,
+        }
+    elif "DISPLAY" not in os.environ:
+        options = {"platform": importlib.import_module("ai2thor.platform").CloudRendering}
+    try:
+        return thor.Controller(
+            scene=scene,
+            server_timeout=PATIENCE,
+            fixedDeltaTime=PHYSICS_STEP,
+            snapToGrid=False,
+            **options,
+        )
+    except Exception as error:
+        reason = f"{type(error).__name__}: {' '.join(str(error).split())[:300]}"
+        raise GoalscopeError(
+            f"AI2-THOR does not start ({reason}). Its log is ~/.ai2thor/log/unity.log. "
+            "Without a build, `--simulator house` will do."
+        ) from error
