@@ -7,10 +7,9 @@ from functools import cache
 from pathlib import Path
 from typing import Any
 
-from goalscope.envs.house.simulator.geometry import moved
 from goalscope.envs.house.simulator.object_types import PREDICATES, new_object, object_type
 from goalscope.envs.house.simulator.scenes import load_scene, read_scene
-from goalscope.envs.house.simulator.state import Scene
+from goalscope.envs.house.simulator.state import Scene, moved
 
 
 def worlds(scenes: Path | None) -> Callable[[str], Scene]:

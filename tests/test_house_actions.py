@@ -1,4 +1,4 @@
-"""AI2-THOR's actions: what each changes, when it fails, and that a failure changes nothing."""
+"""AI2-THOR's actions: what each changes, what fails, and what then happens by itself."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from typing import Any
 
 import pytest
 
-from goalscope.envs.house.simulator.geometry import box_of
+from goalscope.envs.house.simulator.state import box_of
 from goalscope.envs.house.simulator.world import ACTIONS
 from houses import act, changes, do, facts, house, named, run, thing
 
@@ -79,111 +79,62 @@ Kitchen1: MoveBack
 """What the last action changes, besides places; [..., x] adds x to what was there."""
 
 FAILURES = """
-{id} is not an Openable object
-    Kitchen1: OpenObject Apple
-Object already open
-    Kitchen1: OpenObject Fridge; OpenObject Fridge
-Target must be OFF to open!
-    Kitchen1: ToggleObjectOn Microwave; OpenObject Microwave
-Please give an open percentage between 0.0f and 1.0f
-    Kitchen1: OpenObject Fridge openness=1.01
-object already closed
-    Kitchen1: CloseObject Fridge
-{id} must have the property CanPickup to be picked up.
-    Kitchen1: PickupObject Fridge
-Agent hand has something in it already! Can't pick up anything else
-    Kitchen1: PickupObject Egg; PickupObject Apple
-{id} is not visible and can't be picked up.
-    Kitchen1: PickupObject Knife forceAction=false
-    Kitchen1: SliceObject Apple; PickupObject Apple
-Can't place an object if Agent isn't holding anything
-    Kitchen1: PutObject CounterTop
-No valid Receptacle found
-    Kitchen1: PickupObject Apple; PutObject objectId="Nowhere|+1|+1|+1"
-    Kitchen1: PickupObject Mug; PutObject Bowl; PickupObject Bowl; PutObject Mug
-This target object is NOT a receptacle!
-    Kitchen1: PickupObject Apple; PutObject Potato
-Target openable Receptacle is CLOSED, can't place if target is not open!
-    Kitchen1: PickupObject Apple; PutObject Drawer
-{id} is full right now
-    Kitchen1: PickupObject Bowl; PutObject StoveBurner
-{held} is not a valid Object Type to be placed in {id}
-    Kitchen1: PickupObject Cup; PutObject CoffeeMachine
-{held} cannot be placed in {id}
-    Kitchen1: PickupObject Egg; PutObject StoveBurner:1 forceAction=false
-No valid positions to place object found
-    Kitchen1: PickupObject Pan; PutObject Bowl; PickupObject Plate; PutObject Bowl
-Nothing in hand to drop!
-    Kitchen1: DropHandObject
-Target object {id} is not Moveable or Pickupable, it can't be pushed or pulled.
-    Kitchen1: PushObject Fridge
-Target object is in the agent's hand, it can't be pushed or pulled.
-    Kitchen1: PickupObject Egg; PushObject Egg
-object is not toggleable.
-    Kitchen1: ToggleObjectOn Apple
-target object is controlled by another sim object. target object cannot be turned on/off directly
-    Kitchen1: ToggleObjectOn StoveBurner
-can't toggle object on if it's already on!
-    Kitchen1: ToggleObjectOn Faucet; ToggleObjectOn Faucet
-can't toggle object off if it's already off!
-    Kitchen1: ToggleObjectOff Faucet
-Target must be closed to Toggle On!
-    Kitchen1: OpenObject Microwave; ToggleObjectOn Microwave
-Target is broken and cannot be Toggled On!
-    LivingRoom1: BreakObject Television; ToggleObjectOn Television
-milk is not a valid Liquid Type
-    Kitchen1: FillObjectWithLiquid Cup fillLiquid="milk"
-{id} does not have CanBeFilled property!
-    Kitchen1: FillObjectWithLiquid Apple fillLiquid="water"
-{id} cannot be filled with wine
-    Kitchen1: FillObjectWithLiquid Pot fillLiquid="wine"
-{id} cannot be filled with coffee
-    Kitchen1: EmptyLiquidFromObject WineBottle; FillObjectWithLiquid WineBottle fillLiquid="coffee"
-{id} is already Filled!
-    Kitchen1: FillObjectWithLiquid WineBottle fillLiquid="wine"
-object already empty
-    Kitchen1: EmptyLiquidFromObject Cup
-{id} Does not have the CanBeSliced property!
-    Kitchen1: SliceObject Plate
-    Kitchen1: SliceObject Bread; SliceObject Bread:1
-target object cannot be sliced if it is in the agent's hand
-    Kitchen1: PickupObject Apple; SliceObject Apple
-object not found: {id}
-    Kitchen1: SliceObject Apple; SliceObject Apple
-    Kitchen1: OpenObject Microwave forceAction=false
-{id} is too far away to be interacted with
-    Kitchen1: OpenObject Fridge forceAction=false
-{id} is not interactable and (perhaps it is occluded by something).
-    Kitchen1: Teleport x=2.25 z=3.0; DirtyObject Plate:1 forceAction=false
-{id} does not have the CanBeCooked property!
-    Kitchen1: CookObject Plate
-{id} is already Toasted!
-    Kitchen1: CookObject Potato; CookObject Potato
-{id} does not have the CanBreak property!!
-    Kitchen1: BreakObject Fridge
-{id} is already broken!
-    Kitchen1: BreakObject Plate; BreakObject Plate
-{id} does not have dirtyable property!
-    Kitchen1: DirtyObject Fridge
-{id} is already dirty!
-    Kitchen1: DirtyObject Mug:1
-{id} is already Clean!
-    Kitchen1: CleanObject Plate
-{id} does not have CanBeUsedUp property!
-    Kitchen1: UseUpObject Fridge
-object already used up!
-    Kitchen1: UseUpObject PaperTowelRoll; UseUpObject PaperTowelRoll
-Something is in the way of the agent.
-    Kitchen1: Teleport z=3.25; MoveAhead forceAction=false
-    Kitchen1: Teleport x=2.25; MoveBack moveMagnitude=2 forceAction=false
-Cannot teleport to (99.00, 0.90, 2.50): it is outside the room, or something stands there.
-    Kitchen1: Teleport x=99 forceAction=false
-Cannot teleport to (0.50, 0.90, 3.60): it is outside the room, or something stands there.
-    Kitchen1: Teleport position={"x":0.5,"z":3.6} forceAction=false
-horizon must be between -30 and 60
-    Kitchen1: Teleport horizon=61 forceAction=false
-"""
-"""What leads to each message."""
+Kitchen1: OpenObject Apple
+Kitchen1: OpenObject Fridge; OpenObject Fridge
+Kitchen1: ToggleObjectOn Microwave; OpenObject Microwave
+Kitchen1: OpenObject Fridge openness=1.01
+Kitchen1: CloseObject Fridge
+Kitchen1: PickupObject Fridge
+Kitchen1: PickupObject Egg; PickupObject Apple
+Kitchen1: PickupObject Knife forceAction=false
+Kitchen1: SliceObject Apple; PickupObject Apple
+Kitchen1: PutObject CounterTop
+Kitchen1: PickupObject Apple; PutObject objectId="Nowhere|+1|+1|+1"
+Kitchen1: PickupObject Mug; PutObject Bowl; PickupObject Bowl; PutObject Mug
+Kitchen1: PickupObject Apple; PutObject Potato
+Kitchen1: PickupObject Apple; PutObject Drawer
+Kitchen1: PickupObject Bowl; PutObject StoveBurner
+Kitchen1: PickupObject Cup; PutObject CoffeeMachine
+Kitchen1: PickupObject Egg; PutObject StoveBurner:1 forceAction=false
+Kitchen1: PickupObject Pan; PutObject Bowl; PickupObject Plate; PutObject Bowl
+Kitchen1: DropHandObject
+Kitchen1: PushObject Fridge
+Kitchen1: PickupObject Egg; PushObject Egg
+Kitchen1: ToggleObjectOn Apple
+Kitchen1: ToggleObjectOn StoveBurner
+Kitchen1: ToggleObjectOn Faucet; ToggleObjectOn Faucet
+Kitchen1: ToggleObjectOff Faucet
+Kitchen1: OpenObject Microwave; ToggleObjectOn Microwave
+LivingRoom1: BreakObject Television; ToggleObjectOn Television
+Kitchen1: FillObjectWithLiquid Cup fillLiquid="milk"
+Kitchen1: FillObjectWithLiquid Apple fillLiquid="water"
+Kitchen1: FillObjectWithLiquid Pot fillLiquid="wine"
+Kitchen1: EmptyLiquidFromObject WineBottle; FillObjectWithLiquid WineBottle fillLiquid="coffee"
+Kitchen1: FillObjectWithLiquid WineBottle fillLiquid="wine"
+Kitchen1: EmptyLiquidFromObject Cup
+Kitchen1: SliceObject Plate
+Kitchen1: SliceObject Bread; SliceObject Bread:1
+Kitchen1: PickupObject Apple; SliceObject Apple
+Kitchen1: SliceObject Apple; SliceObject Apple
+Kitchen1: OpenObject Microwave forceAction=false
+Kitchen1: OpenObject Fridge forceAction=false
+Kitchen1: Teleport x=2.25 z=3.0; DirtyObject Plate:1 forceAction=false
+Kitchen1: CookObject Plate
+Kitchen1: CookObject Potato; CookObject Potato
+Kitchen1: BreakObject Fridge
+Kitchen1: BreakObject Plate; BreakObject Plate
+Kitchen1: DirtyObject Fridge
+Kitchen1: DirtyObject Mug:1
+Kitchen1: CleanObject Plate
+Kitchen1: UseUpObject Fridge
+Kitchen1: UseUpObject PaperTowelRoll; UseUpObject PaperTowelRoll
+Kitchen1: Teleport z=3.25; MoveAhead forceAction=false
+Kitchen1: Teleport x=2.25; MoveBack moveMagnitude=2 forceAction=false
+Kitchen1: Teleport x=99 forceAction=false
+Kitchen1: Teleport position={"x":0.5,"z":3.6} forceAction=false
+Kitchen1: Teleport horizon=61 forceAction=false
+""".strip().splitlines()
+"""Steps of which the last one fails."""
 
 
 def table(text: str) -> list[tuple[str, list[str]]]:
@@ -198,7 +149,6 @@ def table(text: str) -> list[tuple[str, list[str]]]:
 
 
 EFFECT_ROWS = table(EFFECTS)
-FAILURE_ROWS = [(step, message) for message, steps in table(FAILURES) for step in steps]
 
 
 @pytest.mark.parametrize(("steps", "expected"), EFFECT_ROWS, ids=[row[0] for row in EFFECT_ROWS])
@@ -228,16 +178,16 @@ def test_an_action_changes_what_it_says_and_nothing_else(steps: str, expected: l
     assert {own for own, key in found if key in PLACES} <= places
 
 
-@pytest.mark.parametrize(("steps", "message"), FAILURE_ROWS, ids=[row[0] for row in FAILURE_ROWS])
-def test_a_failure_has_its_message_and_changes_nothing(steps: str, message: str) -> None:
+@pytest.mark.parametrize("steps", FAILURES)
+def test_a_failure_says_why_and_changes_nothing(steps: str) -> None:
     scene, _, line = steps.partition(": ")
     *before, last = line.split("; ")
     home = do(house(scene), *before)
-    own = named(home, last.split()[1]) if " " in last and "=" not in last.split()[1] else ""
     start = facts(home)
     metadata = run(home, last)
     assert not metadata["lastActionSuccess"]
-    assert metadata["errorMessage"] == message.format(id=own, held=home.state.held)
+    assert metadata["errorMessage"]
+    assert metadata["errorCode"] != "InvalidAction"
     assert facts(home) == start
 
 
@@ -351,3 +301,121 @@ def test_what_stood_on_a_broken_plate_stays_where_the_plate_was() -> None:
     do(home, "BreakObject Plate")
     assert thing(home, "Apple")["parentReceptacles"] == [named(home, "Floor")]
     assert box_of(thing(home, "Apple")).low(1) < 0.2
+
+
+BY_ITSELF = """
+OpenObject Fridge; PickupObject Apple; PutObject Fridge -> Apple temperature="Cold"
+PickupObject Apple; PutObject Pan -> Apple isCooked=false temperature="RoomTemp"
+ToggleObjectOn StoveKnob -> Pan temperature="Hot"
+ToggleObjectOn StoveKnob:1 -> Pan temperature="RoomTemp"
+ToggleObjectOn StoveKnob; PickupObject Potato; PutObject Pan -> Potato isCooked=true
+ToggleObjectOn StoveKnob; PickupObject Potato; PutObject Pan -> Potato temperature="Hot"
+PickupObject Potato; PutObject Pan; ToggleObjectOn StoveKnob -> Potato isCooked=true
+ToggleObjectOn StoveKnob; PickupObject Apple; PutObject Pan -> Apple isCooked=false
+PickupObject Potato; PutObject Pan; PickupObject Pan; ToggleObjectOn StoveKnob -> Potato \
+isCooked=false
+SliceObject Bread; PickupObject BreadSliced; PutObject Toaster -> BreadSliced isCooked=false
+SliceObject Bread; PickupObject BreadSliced; PutObject Toaster; ToggleObjectOn Toaster -> \
+BreadSliced isCooked=true temperature="Hot"
+OpenObject Microwave; PickupObject Potato; PutObject Microwave -> Potato isCooked=false
+OpenObject Microwave; PickupObject Potato; PutObject Microwave; CloseObject Microwave; \
+ToggleObjectOn Microwave -> Potato isCooked=true temperature="Hot"
+PickupObject Mug; PutObject CoffeeMachine -> Mug isFilledWithLiquid=false
+PickupObject Mug; PutObject CoffeeMachine; ToggleObjectOn CoffeeMachine -> Mug \
+isFilledWithLiquid=true fillLiquid="coffee" temperature="Hot"
+PickupObject Mug; PutObject CoffeeMachine; FillObjectWithLiquid Mug fillLiquid="wine"; \
+ToggleObjectOn CoffeeMachine -> Mug fillLiquid="wine" temperature="RoomTemp"
+PickupObject Mug:1; PutObject SinkBasin -> Mug:1 isDirty=true isFilledWithLiquid=false
+PickupObject Mug:1; PutObject SinkBasin; ToggleObjectOn Faucet -> Mug:1 isDirty=false \
+isFilledWithLiquid=true fillLiquid="water"
+ToggleObjectOn Faucet; PickupObject Mug:1; PutObject SinkBasin; ToggleObjectOff Faucet; \
+EmptyLiquidFromObject Mug:1 -> Mug:1 isFilledWithLiquid=false
+DirtyObject Plate; ToggleObjectOn Faucet -> Plate isDirty=true
+PickupObject Mug:1; PutObject CounterTop; ToggleObjectOn Faucet -> Mug:1 isDirty=true
+BreakObject Mug:1 -> Mug:1 isBroken=true isDirty=true
+"""
+"""Steps in Kitchen1, and what then is so."""
+
+
+@pytest.mark.parametrize("row", BY_ITSELF.strip().splitlines())
+def test_heat_cold_water_and_coffee_do_their_work_at_once(row: str) -> None:
+    steps, _, states = row.partition(" -> ")
+    words, *pairs = states.split()
+    found = thing(do(house(), steps), words)
+    wanted = {key: json.loads(value) for key, value in (pair.split("=") for pair in pairs)}
+    assert {key: found[key] for key in wanted} == wanted
+
+
+def test_a_tap_fills_nothing_that_is_closed_and_only_its_own_basin() -> None:
+    home = house("Bathroom1")
+    do(
+        home,
+        "DirtyObject Cloth; PickupObject Cloth; PutObject BathtubBasin; ToggleObjectOn Faucet:1",
+    )
+    assert thing(home, "Cloth")["isDirty"]
+    do(home, "ToggleObjectOn Faucet")
+    assert not thing(home, "Cloth")["isDirty"]
+
+
+def test_a_tap_rinses_no_counter_around_its_basin() -> None:
+    home = house()
+    basin = thing(home, "SinkBasin")
+    old, new = basin["objectId"], "SinkBasin|+01.40|+00.80|+03.66"
+    home.state.objects = {
+        (new if own == old else own): {**each, "objectId": new} if own == old else each
+        for own, each in home.state.objects.items()
+    }
+    home.state.attach(home.state.objects[new], [named(home, "CounterTop")])
+    do(home, "PickupObject Mug:1; PutObject CounterTop; ToggleObjectOn Faucet")
+    assert thing(home, "Mug:1")["isDirty"]
+
+
+@pytest.mark.parametrize(
+    ("steps", "words", "temperature", "stays"),
+    [
+        ("PickupObject Egg", "Egg", "Cold", False),
+        ("ToggleObjectOn StoveKnob; PickupObject Pan", "Pan", "Hot", False),
+        ('FillObjectWithLiquid Cup fillLiquid="coffee"', "Cup", "Hot", False),
+        ("OpenObject Fridge", "Egg", "Cold", True),
+        ("ToggleObjectOn StoveKnob", "Pan", "Hot", True),
+        ("ToggleObjectOn StoveKnob; ToggleObjectOff StoveKnob", "Pan", "Hot", True),
+    ],
+)
+def test_what_leaves_heat_or_cold_has_the_rooms_temperature_after_ten_seconds(
+    steps: str, words: str, temperature: str, stays: bool
+) -> None:
+    home = do(house(), steps)
+    home.advance(9.9)
+    assert thing(home, words)["temperature"] == temperature
+    for seconds in [5.0] * 10 if stays else [0.2]:
+        home.advance(seconds)
+    assert thing(home, words)["temperature"] == (temperature if stays else "RoomTemp")
+
+
+def test_slices_of_what_is_cooked_and_cold_are_so_too() -> None:
+    home = do(house(), "CookObject Potato; SliceObject Potato; SliceObject Lettuce")
+    assert thing(home, "PotatoSliced")["isCooked"]
+    assert thing(home, "LettuceSliced")["temperature"] == "Cold"
+    assert thing(home, "LettuceSliced")["parentReceptacles"] == [named(home, "Fridge")]
+
+
+def test_what_lies_in_a_carried_thing_goes_with_it_at_any_depth() -> None:
+    home = do(house(), "OpenObject Microwave; PickupObject SaltShaker; PutObject Mug")
+    do(home, "PickupObject Mug; PutObject Bowl")
+    do(home, "PickupObject Bowl; PutObject Plate; PickupObject Plate; PutObject Microwave")
+    plate, bowl, mug = (named(home, kind) for kind in ("Plate", "Bowl", "Mug"))
+    oven, counter = thing(home, "Microwave"), named(home, "CounterTop:1")
+    assert oven["parentReceptacles"] == [counter]
+    assert thing(home, "SaltShaker")["parentReceptacles"] == sorted(
+        [plate, bowl, mug, oven["objectId"]]
+    )
+    assert math.dist(*(thing(home, kind)["position"].values() for kind in ("Mug", "Plate"))) < 0.3
+
+
+def test_a_scenes_one_sided_list_carries_at_any_depth() -> None:
+    home = do(house(), "PickupObject SaltShaker; PutObject Mug:1; PickupObject Mug:1")
+    do(home, "PutObject Plate")
+    plate, salt = thing(home, "Plate"), thing(home, "SaltShaker")
+    plate["receptacleObjectIds"] = [named(home, "Mug:1")]
+    do(home, "PickupObject Plate; Teleport x=1 rotation=90")
+    assert abs(salt["position"]["x"] - plate["position"]["x"]) < 0.3

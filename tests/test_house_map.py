@@ -81,16 +81,6 @@ def test_states_are_shown() -> None:
     assert "mug (dirty, hot, filled with water)" in RoomMap(metadata).text()
 
 
-def test_what_lies_in_a_thing_is_listed_with_it() -> None:
-    metadata = room()
-    bowl = thing("Bowl", 1.0, 1.0, 0.2)
-    metadata["objects"].append(bowl)
-    table, mug = find(metadata, "DiningTable"), find(metadata, "Mug")
-    bowl["parentReceptacles"] = [table["objectId"]]
-    mug["parentReceptacles"] = [table["objectId"], bowl["objectId"]]
-    assert "dining table: bowl [mug]" in RoomMap(metadata).text()
-
-
 def test_changes_are_told_and_marked() -> None:
     before, after = room(), room()
     find(after, "Fridge")["isOpen"] = True

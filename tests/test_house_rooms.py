@@ -9,10 +9,9 @@ from typing import Any
 import pytest
 
 from goalscope.base.types import InvalidInputError
-from goalscope.envs.house.simulator.geometry import Box, box_of
 from goalscope.envs.house.simulator.object_types import object_types
 from goalscope.envs.house.simulator.scenes import load_scene, read_room
-from goalscope.envs.house.simulator.state import GRID, REACH, Scene, State
+from goalscope.envs.house.simulator.state import GRID, REACH, Box, Scene, State, box_of
 
 ROOMS = ["Bathroom1", "Bedroom1", "Kitchen1", "LivingRoom1"]
 
@@ -88,16 +87,6 @@ def test_an_object_has_the_metadata_of_its_type(tmp_path: Path) -> None:
     assert apple["temperature"] == "RoomTemp"
 
 
-def test_the_same_text_gives_the_same_scene_with_names_of_eight_digits(tmp_path: Path) -> None:
-    first, second = room(tmp_path, GOOD), room(tmp_path, GOOD)
-    assert first.objects == second.objects
-    for thing in first.objects:
-        kind, _, digits = thing["name"].rpartition("_")
-        assert kind == thing["objectType"]
-        assert len(digits) == 8
-        assert int(digits, 16) >= 0
-
-
 def test_a_turned_object_has_turned_boxes(tmp_path: Path) -> None:
     sofa = '[[object]]\ntype = "Sofa"\nat = [0.6, 1.5]\nsize = [2, 1, 1]\nrotation = '
     turned = by_type(room(tmp_path, HEAD + sofa + "90\n"))["Sofa"]
@@ -148,13 +137,6 @@ def test_a_basin_belongs_to_its_sink_and_a_knob_to_its_burner() -> None:
 @pytest.mark.parametrize(
     ("text", "told"),
     [
-        ("x = ", "not valid TOML"),
-        (GOOD.replace('"Test"', '"../a b"'), "'name' must match"),
-        (GOOD.replace("[4, 3]", "[4, nan]"), "size 2 must be a finite number"),
-        (GOOD.replace("[4, 3]", "4"), "'size' must be a list"),
-        (HEAD, "the key 'object' is missing"),
-        (HEAD + APPLE * 201, "at most 200 items"),
-        (HEAD + "sise = 3\n" + TABLE, "'sise' is unknown; did you mean 'size'"),
         (GOOD.replace("[2, 1.5]", "[0.7, 0.6]"), "agent: there is no place to stand"),
         (GOOD.replace("[2, 1.5]", "[3.9, 1.5]"), "agent: there is no place to stand"),
         (GOOD.replace("Apple", "Appel"), "object 2: .*'Appel' .* did you mean 'Apple'"),
@@ -163,7 +145,6 @@ def test_a_basin_belongs_to_its_sink_and_a_knob_to_its_burner() -> None:
         (GOOD.replace('on = "DiningTable"', ""), "exactly one of the keys at, in, on"),
         (GOOD + "at = [1, 1]\n", "exactly one of the keys"),
         (GOOD + "isDirty = true\n", "Apple, which is not dirtyable"),
-        (GOOD + 'temperature = "warm"\n', "known are Cold, RoomTemp, Hot"),
         (GOOD + "size = [3, 0.1, 0.1]\n", "no room for it in or on the DiningTable"),
         (GOOD + 'label = "a\\u001bb"\n', "'label' has invisible characters"),
         (GOOD + 'label = "Fridge"\n', "'Fridge': this label is taken"),
@@ -193,33 +174,6 @@ def test_a_wrong_room_is_refused_with_place_and_remedy(
     assert "mine.toml" in str(refusal.value)
 
 
-@pytest.mark.parametrize(
-    "text",
-    [
-        HEAD + f'[[object]]\ntype = "{"A" * 1_000_000}"\n',
-        HEAD + f"{'a' * 1_000_000} = 1\n" + TABLE,
-        GOOD + '"a\\u001b[31m\\nb" = 1\n',
-        GOOD.replace('"Apple"', '"\\u001b[31m\\u202e"'),
-        GOOD.replace('on = "DiningTable"', 'on = "\\u001b[31m"'),
-        GOOD + "temperature = [" + "[" * 5000 + "]" * 5001,
-        GOOD + f"isDirty = 0x{'f' * 10_000}\n",
-        "name = \x00",
-    ],
-)
-def test_hostile_text_gives_a_short_clean_refusal(tmp_path: Path, text: str) -> None:
-    with pytest.raises(InvalidInputError) as refusal:
-        room(tmp_path, text)
-    told = str(refusal.value)
-    assert len(told) < 600
-    assert told.isprintable()
-
-
-def test_a_full_receptacle_says_so(tmp_path: Path) -> None:
-    apples = 150 * (APPLE + 'on = "DiningTable"\n')
-    with pytest.raises(InvalidInputError, match=r"object \d+ Apple: there is no room"):
-        room(tmp_path, HEAD + TABLE + apples)
-
-
 @pytest.mark.parametrize("name", ROOMS)
 def test_our_rooms_are_consistent(name: str) -> None:
     scene = load_scene(name)
@@ -237,23 +191,20 @@ def test_our_rooms_are_consistent(name: str) -> None:
 
 
 @pytest.mark.parametrize("name", ROOMS)
-def test_nothing_that_can_be_carried_overlaps_another(name: str) -> None:
-    small = [thing for thing in load_scene(name).objects if thing["pickupable"]]
-    assert overlapping(small, 1e-6) == []
-
-
-@pytest.mark.parametrize("name", ROOMS)
-def test_furniture_does_not_stand_in_furniture(name: str) -> None:
+def test_neither_furniture_nor_what_can_be_carried_overlaps(name: str) -> None:
+    built_in = ("Floor", "Drawer", "Shelf", "Sink", "SinkBasin", "Cabinet", "BathtubBasin")
+    things = load_scene(name).objects
+    small = [thing for thing in things if thing["pickupable"]]
     standing = [
         thing
-        for thing in load_scene(name).objects
+        for thing in things
         if box_of(thing).size[0] * box_of(thing).size[2] > 0.1
         and box_of(thing).low(1) < 1.2
         and not thing["pickupable"]
-        and thing["objectType"] not in ("Floor", "Drawer", "Shelf", "Sink", "SinkBasin", "Cabinet",
-                                        "BathtubBasin")
+        and thing["objectType"] not in built_in
         and next(iter(thing["parentReceptacles"] or ["Floor"])).startswith("Floor")
-    ]  # fmt: skip
+    ]
+    assert overlapping(small, 1e-6) == []
     assert len(standing) > 2
     assert overlapping(standing, 0.01) == []
 

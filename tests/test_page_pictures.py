@@ -142,16 +142,11 @@ def test_a_fault_is_seen(browser: Browser, fault: str, body: str) -> None:
         assert page.evaluate(LOOKS)["faults"] == []
 
 
-def test_a_conversation(tour: Tour) -> None:
-    tour.show(f"/#/talk/{tour.grocery}", DESKTOP)
+@pytest.mark.parametrize(("name", "size"), [("page", DESKTOP), ("page-phone", PHONE)])
+def test_a_conversation(tour: Tour, name: str, size: dict[str, int]) -> None:
+    tour.show(f"/#/talk/{tour.grocery}", size)
     settled(tour, SHOPPING[-1])
-    tour.picture("page")
-
-
-def test_a_conversation_on_a_phone(tour: Tour) -> None:
-    tour.show(f"/#/talk/{tour.grocery}", PHONE)
-    settled(tour, SHOPPING[-1])
-    tour.picture("page-phone")
+    tour.picture(name)
 
 
 def test_a_conversation_on_a_phone_with_the_belief_open(tour: Tour) -> None:

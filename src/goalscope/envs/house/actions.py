@@ -8,9 +8,16 @@ from typing import Any
 
 from goalscope.base.types import Action, GoalscopeError
 from goalscope.envs import Resolution
-from goalscope.envs.house.simulator.geometry import box_of, spots
 from goalscope.envs.house.simulator.object_types import ACTS, PREDICATES, SINGLE, object_type
-from goalscope.envs.house.simulator.state import ENCLOSING, by_id, innermost, is_at, is_whole
+from goalscope.envs.house.simulator.state import (
+    ENCLOSING,
+    box_of,
+    by_id,
+    innermost,
+    is_at,
+    is_whole,
+    spots,
+)
 from goalscope.envs.house.simulator.world import Controller
 from goalscope.envs.house.view import View, the
 

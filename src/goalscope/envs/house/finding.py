@@ -3,9 +3,8 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import Any
 
 from goalscope.base.nouns import contains, head_words, singular, singulars, words
 from goalscope.envs import Pick
@@ -98,32 +97,26 @@ class Finder:
         if said.casefold() == EVERYTHING:
             return self._near(Found(tuple(self.view.table), every=True), where)
         name = self.pick(said, list(self.kinds))
-        things = [
-            own
-            for kind in self.kinds.get(name, ())
-            for own, thing in self.view.table.items()
-            if thing["objectType"] == kind
-        ]
+        kinds = self.kinds.get(name, ())
+        table = self.view.table
+        things = [own for kind in kinds for own in table if table[own]["objectType"] == kind]
         things = self._described(said, name, things)
         return self._near(Found(tuple(things), _is_every(said, name), name=name), where)
 
     def _described(self, said: str, name: str, things: list[str]) -> list[str]:
         """Those in the states that are named besides the kind."""
+        table = self.view.table
         for word in words(said):
             if singular(word) in singulars(name):
                 continue
             states = {
                 state: those
                 for state, needs, key, value in _ADJECTIVES
-                if (those := [own for own in things if self._is(own, needs, key, value)])
+                if (those := [o for o in things if table[o][needs] and table[o][key] == value])
                 and len(those) < len(things)
             }
             things = states.get(self.pick(word, list(states)) if states else "", things)
         return things
-
-    def _is(self, own: str, needs: str, key: str, value: bool | str) -> bool:
-        thing = self.view.table[own]
-        return bool(thing[needs]) and thing[key] == value
 
     def _near(self, found: Found, where: str) -> Found:
         """Those in or on a place; all of them, the nearest to it first, where none is."""
@@ -134,13 +127,15 @@ class Finder:
         if there := _in(self.view, found.things, places):
             return replace(found, things=there)
 
-        def distance(own: str) -> float:
-            here = table[own]["position"].values()
-            return min(math.dist(here, table[each]["position"].values()) for each in places)
-
         if not places:
             return found
-        return replace(found, things=tuple(sorted(found.things, key=distance)), there=False)
+
+        def distance(own: str) -> float:
+            here = table[own]["position"].values()
+            return min(math.dist(here, table[place]["position"].values()) for place in places)
+
+        things = sorted(found.things, key=distance)
+        return replace(found, things=tuple(things), there=False)
 
 
 def facts_of(finder: Finder, what: str, where: str) -> str:
@@ -172,22 +167,18 @@ def _fact(view: View, own: str) -> str:
         facts.append(f"full of {liquid}" if thing["isFilledWithLiquid"] else "empty")
     facts += [thing["temperature"].lower()] if thing["temperature"] != "RoomTemp" else []
     facts += [view.where(thing)] if thing["pickupable"] else []
-    held = _held(view, thing)
     text = f"{name} {are(name)} {_listed(facts or [view.where(thing)])}"
-    text += f"; {view.in_or_on(view.names[own])} it: {held}" if held else ""
+    inside = [each for each in thing["receptacleObjectIds"] or () if each in view.table]
+    names = sorted(view.names[each] for each in inside if is_whole(view.table[each]))
+    if names:
+        more = [f"{len(names) - _INSIDE} more"] * (len(names) > _INSIDE)
+        held = _listed([*map(the, names[:_INSIDE]), *more])
+        text += f"; {view.in_or_on(view.names[own])} it: {held}"
     return f"{text[0].upper()}{text[1:]}."
 
 
-def _held(view: View, thing: Mapping[str, Any]) -> str:
-    """What is in or on a thing, by name."""
-    inside = [own for own in thing["receptacleObjectIds"] or () if own in view.table]
-    names = sorted(view.names[own] for own in inside if is_whole(view.table[own]))
-    more = [f"{len(names) - _INSIDE} more"] if len(names) > _INSIDE else []
-    return _listed([*map(the, names[:_INSIDE]), *more]) if names else ""
-
-
 def _listed(parts: list[str]) -> str:
-    return parts[0] if len(parts) == 1 else f"{', '.join(parts[:-1])} and {parts[-1]}"
+    return " and ".join(filter(None, (", ".join(parts[:-1]), *parts[-1:])))
 
 
 def kinds_in(view: View, text: str) -> set[str]:

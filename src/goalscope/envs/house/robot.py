@@ -262,10 +262,12 @@ class HomeRobot(Proactive):
         Afterwards the results count as never done, and so do the actions, once they are taken.
         """
         actions = [each.action for each in dialogue.to_undo if each.ok and not each.terminated]
-        first = self._place_of(actions)
-        if not actions or first < 0:
+        done, count = [action for action, _ in self._done], len(actions)
+        starts = range(len(done) - count, -1, -1)
+        first = next((i for i in starts if actions and done[i : i + count] == actions), -1)
+        if first < 0:
             return Resolution(why="I do not know how to undo that.")
-        end = first + len(actions)
+        end = first + count
         states = [*(before for _, before in self._done), self._view]
         was, then = states[first].table, states[end].table
         del self._done[first:end]
@@ -274,12 +276,6 @@ class HomeRobot(Proactive):
         if not (found.actions or found.why):
             return Resolution(why="Everything is as it was before that.")
         return found
-
-    def _place_of(self, actions: Sequence[Action]) -> int:
-        """Where in what was done these actions were last taken; -1 where they never were."""
-        done, count = [action for action, _ in self._done], len(actions)
-        starts = range(len(done) - count, -1, -1)
-        return next((i for i in starts if done[i : i + count] == [*actions]), -1)
 
     def step(self, action: Action) -> StepResult:
         """Execute an action with all its steps. A failed action changes nothing.
@@ -304,7 +300,11 @@ class HomeRobot(Proactive):
                     "house is not as it was. The robot stops; look at the house, and start anew."
                 ) from None
             return StepResult(action, False, self._named(str(refusal)))
-        self._remember(action)
+        if action in self._undoing:
+            self._undoing.remove(action)
+        else:  # what only undoes is forgotten like what it undoes
+            self._undoing.clear()
+            self._done.append((action, self._view))
         old, self._view = self._view, View(self.metadata, self._view.names)
         besides = map(self._named, self._primitives.told())
         told = "; ".join([self._view.told(own, old.table[own]), *besides])
@@ -338,14 +338,6 @@ class HomeRobot(Proactive):
         for own, name in sorted(self.names.items(), reverse=True):
             text = text.replace(own, the(name))
         return text
-
-    def _remember(self, action: Action) -> None:
-        """Keep what was done, unless it only undoes what is forgotten already."""
-        if action in self._undoing:
-            self._undoing.remove(action)
-        else:
-            self._undoing.clear()
-            self._done.append((action, self._view))
 
     def _do(self, action: Action, own: str, place: str) -> None:
         robot = self._primitives

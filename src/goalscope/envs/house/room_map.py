@@ -13,8 +13,7 @@ from typing import Any
 
 from goalscope.base.text import terminal_safe
 from goalscope.base.types import pluralize
-from goalscope.envs.house.simulator.geometry import Box, box_of
-from goalscope.envs.house.simulator.state import innermost, is_whole
+from goalscope.envs.house.simulator.state import Box, box_of, innermost, is_whole
 from goalscope.envs.house.view import STATES, View
 
 WIDTH = 560

@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import re
-from collections import defaultdict
+from collections import Counter, defaultdict
 from collections.abc import Iterable, Iterator, Mapping, Sequence
+from itertools import count
 from typing import Any
 
 from goalscope.base.types import Action
@@ -39,7 +40,7 @@ class View:
         self.metadata = metadata
         self.objects: list[dict[str, Any]] = metadata["objects"]
         self.table = {each["objectId"]: each for each in self.objects}
-        self.names = _named(self.table, named) if named else names(self.objects)
+        self.names = names(self.objects, named)
         self._ids = {name: own for own, name in self.names.items()}
 
     @property
@@ -64,10 +65,12 @@ class View:
 
     def phrase(self, action: Action) -> str:
         """The action in words, with generic names: "put the egg in the fridge"."""
-        words = f"{action.name} the {self._kind(action.target)}"
-        if not action.destination:
-            return words
-        return f"{words} {self.in_or_on(action.destination)} the {self._kind(action.destination)}"
+        target, place = (
+            readable(self.type_of(name)) if self.id(name) else name
+            for name in (action.target, action.destination)
+        )
+        words = f"{action.name} the {target}"
+        return f"{words} {self.in_or_on(action.destination)} the {place}" if place else words
 
     def told(self, own: str, was: Mapping[str, Any]) -> str:
         """What is new of the object, in a sentence without its full stop: "The mug is clean".
@@ -115,19 +118,13 @@ class View:
         """Ids of what is not as it was at the start, and texts; a piece where it left the rest."""
         for own, thing in self.table.items():
             was = start.get(own)
-            if was is None:
-                parts = ["cooked"] if thing["isCooked"] else []
-                where, whole = self.where(thing), start.get(own.rpartition("|")[0])
-                if whole and self._is_scattered(own) and where != self.where(whole):
-                    parts.append(f"now {where}")
-                if parts:
-                    yield own, f"{self.names[own]}: {', '.join(parts)}"
-                continue
-            parts = self._new_states(thing, was)
-            if is_whole(thing) and self.where(thing) != self.where(was):
-                parts.append(f"now {self.where(thing)}")
-            if parts:
-                yield own, f"{self.names[own]}: {', '.join(parts)}"
+            whole = was or start.get(own.rpartition("|")[0])
+            new = self._new_states(thing, was) if was else ["cooked"] * thing["isCooked"]
+            is_apart = is_whole(thing) if was else self._is_scattered(own)
+            if whole and is_apart and self.where(thing) != self.where(whole):
+                new.append(f"now {self.where(thing)}")
+            if new:
+                yield own, f"{self.names[own]}: {', '.join(new)}"
 
     def where(self, thing: Mapping[str, Any]) -> str:
         """Where the thing is, in words: "in the fridge"."""
@@ -142,29 +139,11 @@ class View:
         pieces = (each for own, each in self.table.items() if own.rpartition("|")[0] == whole)
         return len({*map(self.where, pieces)}) > 1
 
-    def _kind(self, name: str) -> str:
-        return readable(self.type_of(name)) if self.id(name) else name
-
     def in_or_on(self, name: str) -> str:
         """The preposition for what is at the place of this name."""
         place = self.table.get(self.id(name))
         inside = place is not None and (place["openable"] or place["objectType"] in _INSIDE)
         return "in" if inside else "on"
-
-
-def _named(table: Mapping[str, Mapping[str, Any]], before: Mapping[str, str]) -> dict[str, str]:
-    """The names from before, and new ones for what is new."""
-    found = {own: before[own] for own in table if own in before}
-    taken = set(found.values())
-    for own, thing in table.items():
-        if own in found:
-            continue
-        kind, number = readable(thing["objectType"]), 1
-        while f"{kind} {number}" in taken:
-            number += 1
-        found[own] = f"{kind} {number}"
-        taken.add(found[own])
-    return found
 
 
 def readable(object_type: str) -> str:
@@ -188,17 +167,30 @@ def called(object_type: str) -> tuple[str, ...]:
     return (" ".join(words),)
 
 
-def names(objects: Iterable[Mapping[str, Any]]) -> dict[str, str]:
-    """Object ids and their names in this scene: "egg", or "egg 1" and "egg 2", no name twice."""
-    alike: dict[str, list[tuple[str, str]]] = {}
-    for each in sorted({str(o["objectId"]): str(o["objectType"]) for o in objects}.items()):
-        alike.setdefault(readable(each[1]).casefold(), []).append(each)
-    found: dict[str, str] = {}
-    for several in alike.values():
-        for number, (object_id, object_type) in enumerate(several, 1):
-            name = readable(object_type)
-            found[object_id] = f"{name} {number}" if len(several) > 1 else name
-    return found
+def names(
+    objects: Iterable[Mapping[str, Any]], before: Mapping[str, str] | None = None
+) -> dict[str, str]:
+    """Object ids and their names in this scene: "egg", or "egg 1" and "egg 2", no name twice.
+
+    Args:
+        objects: AI2-THOR's metadata.
+        before: Names that were given before; what is new beside them always gets a number.
+    """
+    before = before or {}
+    kinds = {each["objectId"]: readable(each["objectType"]) for each in objects}
+    given = {own: before[own] for own in kinds if own in before}
+    taken = {name.casefold() for name in given.values()}
+    alike = Counter(kind.casefold() for kind in kinds.values())
+    numbers: defaultdict[str, count[int]] = defaultdict(lambda: count(1))
+    for own in kinds if before else sorted(kinds):
+        if own not in given:
+            name = kind = kinds[own]
+            if before or alike[kind.casefold()] > 1:
+                numbered = (f"{kind} {number}" for number in numbers[kind.casefold()])
+                name = next(name for name in numbered if name.casefold() not in taken)
+            given[own] = name
+            taken.add(name.casefold())
+    return given
 
 
 def the(name: str) -> str:

@@ -8,26 +8,24 @@ from statistics import median
 from typing import Any, cast
 
 from goalscope.base.inputs import shown
-from goalscope.envs.house.simulator.geometry import (
-    Box,
-    Pose,
-    Vec,
-    as_dict,
-    box_of,
-    sees,
-    spots,
-    vec,
-)
 from goalscope.envs.house.simulator.object_types import LIQUIDS, SINGLE, object_type, slices_of
 from goalscope.envs.house.simulator.state import (
     ENCLOSING,
     EYE_HEIGHT,
     GRID,
     REACH,
+    Box,
     Failure,
+    Pose,
     State,
+    Vec,
+    as_dict,
+    box_of,
     is_whole,
     number,
+    sees,
+    spots,
+    vec,
 )
 
 _ONLY_WATER = frozenset({"HousePlant", "Kettle", "Pot", "WateringCan"})

@@ -11,7 +11,7 @@ from functools import cache
 from importlib.resources import files
 from typing import Any, Literal
 
-from goalscope.envs.house.simulator.geometry import Vec, as_dict, box_metadata, box_of, vec
+from goalscope.envs.house.simulator.state import Vec, as_dict, box_metadata, box_of, vec
 
 FLAGS = (
     "pickupable", "moveable", "receptacle", "openable", "toggleable", "breakable", "dirtyable",

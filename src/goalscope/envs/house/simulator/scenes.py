@@ -20,7 +20,6 @@ from goalscope.base.inputs import nearest, read_toml, shown, validated
 from goalscope.base.text import without_invisible
 from goalscope.base.types import InvalidInputError
 from goalscope.base.user_dirs import user_data
-from goalscope.envs.house.simulator.geometry import RADIUS, Box, Vec, box_metadata, box_of
 from goalscope.envs.house.simulator.object_types import (
     LIQUIDS,
     SINGLE,
@@ -31,7 +30,17 @@ from goalscope.envs.house.simulator.object_types import (
     object_types,
     unfit_state,
 )
-from goalscope.envs.house.simulator.state import ENCLOSING, EYE_HEIGHT, Scene, State
+from goalscope.envs.house.simulator.state import (
+    ENCLOSING,
+    EYE_HEIGHT,
+    RADIUS,
+    Box,
+    Scene,
+    State,
+    Vec,
+    box_metadata,
+    box_of,
+)
 
 MOST_BYTES = 64 * 2**20
 

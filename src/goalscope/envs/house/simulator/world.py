@@ -16,9 +16,8 @@ from typing import Any, Protocol
 from goalscope.base.optional_packages import remedy
 from goalscope.base.types import GoalscopeError, InvalidInputError
 from goalscope.envs.house.simulator.acts import ACTS, MOTIONS, QUERIES
-from goalscope.envs.house.simulator.geometry import vec
 from goalscope.envs.house.simulator.scenes import load_scene
-from goalscope.envs.house.simulator.state import Failure, Scene, State
+from goalscope.envs.house.simulator.state import Failure, Scene, State, vec
 
 ACTIONS: Mapping[str, Callable[..., Any]] = {**ACTS, **MOTIONS, **QUERIES}
 """Every action of the house, by AI2-THOR's name."""
