@@ -11,8 +11,8 @@ from goalscope.envs.house.actions import NAMES
 from goalscope.envs.house.profiles import load_profiles
 from goalscope.envs.house.robot import HomeRobot
 from goalscope.envs.house.room_map import WIDTH, RoomMap
-from goalscope.envs.house.simulator.controller import HouseController, start_thor
 from goalscope.envs.house.simulator.scenes import known_scenes, load_scene
+from goalscope.envs.house.simulator.world import HouseController, start_thor
 from goalscope.envs.registry import HOUSE, Domain, DomainSettings
 
 SCENE = "Kitchen1"
