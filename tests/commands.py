@@ -70,18 +70,16 @@ def rows_file(tmp_path: Path, *rows: object) -> Path:
 
 
 @cache
-def _embedded(adapter: Path | None, merge: bool) -> llama.LlamaCpp:
+def _embedded(adapter: Path | None) -> llama.LlamaCpp:
     """The embedded model, which is opened once for all commands of this process."""
-    opened = _LlamaCpp(adapter=adapter, merge=merge)
+    opened = _LlamaCpp(adapter=adapter)
     opened.close = lambda: None
     return opened
 
 
-def _opened(
-    path: str | Path | None = None, *, adapter: Any = None, merge: bool = False, **more: Any
-) -> llama.LlamaCpp:
+def _opened(path: str | Path | None = None, *, adapter: Any = None, **more: Any) -> llama.LlamaCpp:
     if path is not None:
-        return _LlamaCpp(path, adapter=adapter, merge=merge, **more)
-    model = _embedded(adapter, merge)
+        return _LlamaCpp(path, adapter=adapter, **more)
+    model = _embedded(adapter)
     model.clear_cache()
     return model

@@ -112,6 +112,10 @@ class LocalModel(TokenScorer):
         return "Download them again, or choose another model."
 
     @abstractmethod
+    def with_adapter(self, adapter: Path) -> LocalModel:
+        """The same model with a LoRA adapter; both are closed on their own."""
+
+    @abstractmethod
     def free(self) -> None:
         """Free the memory; see `close`."""
 

@@ -214,12 +214,13 @@ def open_model(
             writing = opened.enter_context(closing(_generator(writes, tokenizer)))
             scoring = opened.enter_context(closing(_scorer(scores, tokenizer)))
 
-        def with_adapter(model: object, name: str | Path | None, file: Path) -> OpenModel:
-            return opened.enter_context(closing(_adapted(model, name, file)))
+        def with_adapter(model: object, file: Path) -> OpenModel:
+            assert isinstance(model, LocalModel)  # `_adapter` refuses servers
+            return opened.enter_context(closing(model.with_adapter(file)))
 
         files = [shipped(name) if writes is None else None for name in ("reader", "writer")]
-        reading, proposing = (file and with_adapter(writing, writes, file) for file in files)
-        speaking = with_adapter(scoring, scores, adapted) if adapted else None
+        reading, proposing = (file and with_adapter(writing, file) for file in files)
+        speaking = with_adapter(scoring, adapted) if adapted else None
         result = ModelSet(writing, scoring, speaker=speaking, reader=reading, writer=proposing)
         opened.pop_all()
     return result
@@ -295,15 +296,6 @@ def _adapter(adapter: str | Path | None, scores: str | Path | None) -> Path | No
             f"name: {address}#NAME."
         )
     return adapter_file(adapter)
-
-
-def _adapted(model: object, name: str | Path | None, adapter: Path) -> OpenModel:
-    """The same model with an adapter; weights that llama.cpp runs are in memory only once."""
-    from goalscope.models.llama.model import LlamaCpp
-
-    if isinstance(model, LlamaCpp):
-        return LlamaCpp(model.path, adapter=adapter, sharing=model)
-    return _local(name, adapter=adapter)
 
 
 def _local(name: str | Path | None, *, adapter: Path | None = None) -> OpenModel:

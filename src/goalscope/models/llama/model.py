@@ -143,6 +143,10 @@ class LlamaCpp(LocalModel):
         for cache in self._caches:
             cache.free()
 
+    def with_adapter(self, adapter: Path) -> LlamaCpp:
+        """See `LocalModel.with_adapter`; the weights are in memory only once."""
+        return LlamaCpp(self.path, adapter=adapter, sharing=self)
+
     def free(self) -> None:
         """See `LocalModel.free`."""
         self._free()

@@ -166,6 +166,10 @@ class Transformers(LocalModel):
         self._store.clear()
         self._past = None
 
+    def with_adapter(self, adapter: Path) -> Transformers:
+        """See `LocalModel.with_adapter`."""
+        return Transformers(self._model, adapter=adapter)
+
     def free(self) -> None:
         """See `LocalModel.free`."""
         self._store.clear()
