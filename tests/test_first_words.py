@@ -50,9 +50,9 @@ def test_an_episode_has_the_first_words_of_its_person(place) -> None:
         assert [each.first_words for each in store.episodes()] == shown
 
 
-@pytest.mark.parametrize("width", [60, 100, 200])
-@pytest.mark.parametrize(("said", "shown"), SAID.values(), ids=SAID.keys())
-def test_the_terminal_cuts_them_to_the_room_that_is_left(width: int, said: str, shown: str) -> None:
+@pytest.mark.parametrize("width", [60, 200])
+@pytest.mark.parametrize("shown", [shown for _, shown in SAID.values()], ids=SAID.keys())
+def test_the_terminal_cuts_them_to_the_room_that_is_left(width: int, shown: str) -> None:
     text = drawn(show_episodes, [replace(EPISODE, first_words=shown)], width=width)
     assert shown[:4] in text
     assert EPISODE.id in text
