@@ -79,8 +79,6 @@ def test_a_likelihood_of_ones_own_runs_only_when_it_is_named(
     again = invoke("chat", "--resume", info.id, "--likelihood", mine, "--rounds", "2")
     assert again.exit_code == 0, again.output
     assert marker.exists()
-    words_asked = fails(2, "why", info.id, "--words")
-    assert "scores whole utterances, not words" in words_asked
 
 
 @pytest.mark.parametrize(

@@ -25,7 +25,7 @@ def test_on_the_command_line(tmp_path, monkeypatch):
     names = [
         each["name"] for each in json.loads(invoke("study", "show", "grocery", "--json").stdout)
     ]
-    assert names == [f"study-grocery-{kind}" for kind in ("progress", "methods", "episodes")]
+    assert names == [f"study-grocery-{kind}" for kind in ("progress", "methods")]
     invoke("study", "export", "grocery", "--out", str(tmp_path / "out.csv"))
     assert (tmp_path / "out.csv").read_text().count("\n") == 1
     assert "no participant 7" in fails(2, "study", "forget", "grocery", "7")

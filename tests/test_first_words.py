@@ -112,14 +112,3 @@ def test_the_page_lists_and_filters_by_them(tmp_path: Path, enter) -> None:
         page.get_by_label("Domain").select_option("")
         expect(words).to_have_text(["Make tea", "Some tea"])
         assert page.evaluate("window.ran") is None
-
-
-@needs_chromium
-def test_a_conversation_to_go_on_with_is_known_by_them(address: str, enter) -> None:
-    page = enter(address)
-    page.get_by_role("button", name="Begin").click()
-    page.get_by_label("Your words", exact=True).fill("add flour for my cake")
-    page.get_by_label("Your words", exact=True).press("Enter")
-    expect(page.get_by_role("log").locator(".bubble.agent:visible")).to_have_count(2)
-    page.get_by_role("link", name="Talk").click()
-    expect(page.get_by_text("\u201cadd flour for my cake\u201d")).to_be_visible()

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import itertools
+import json
 import re
 import time
 from pathlib import Path
@@ -229,20 +230,9 @@ def test_a_replay_moves_round_by_round_and_is_exported(page: Page, address: str)
     expect(slider).to_have_value("1")
     expect(page.get_by_text("And eggs.")).to_be_hidden()
     with page.expect_download() as download:
-        page.get_by_role("link", name="Save as a page").click()
-    assert "And eggs." in Path(download.value.path()).read_text(encoding="utf-8")
-
-
-@pytest.mark.parametrize(("width", "scheme"), [(360, "light"), (1280, "dark")])
-def test_nothing_is_wider_than_the_screen(address: str, enter, width: int, scheme: str) -> None:
-    page = enter(address, viewport={"width": width, "height": 740}, color_scheme=scheme)
-    begin(page)
-    say(page, WANTS)
-    rounds(page, 1)
-    for path in (page.url, f"{address}/#/episodes", f"{address}/#/"):
-        page.goto(path)
-        expect(page.get_by_role("main")).to_be_visible()
-        assert page.evaluate("document.documentElement.scrollWidth") <= width
+        page.get_by_role("link", name="Save as JSON").click()
+    saved = json.loads(Path(download.value.path()).read_text(encoding="utf-8"))
+    assert [each["utterance"] for each in saved["rounds"]] == [WANTS, "And milk.", "And eggs."]
 
 
 def test_an_act_of_the_robot_waits_on_a_card_for_what_is_shown(address: str, enter) -> None:
@@ -302,18 +292,3 @@ def test_every_note_is_shown(page: Page, address: str) -> None:
     assert [each["belief_note"] for each in told] == ["", unexplained]
     expect(page.get_by_role("region", name="Goals").get_by_text(unexplained)).to_be_visible()
     expect(page.get_by_role("log").get_by_text(unexplained)).to_have_count(0)
-
-
-def test_a_note_that_is_said_again_is_small(page: Page) -> None:
-    for number in (1, 2):
-        say(page, "add unicorn")
-        rounds(page, number)
-    page.reload()
-    notes = page.get_by_role("log").locator(".note")
-    expect(notes).to_have_count(2)
-    expect(notes.first).to_contain_text("Note: ")
-    told = (notes.first.text_content() or "").removeprefix("Note: ")
-    expect(notes.last).to_have_text(f"As before: {told}")
-    expect(notes.last).to_be_in_viewport()
-    sizes = [each.evaluate("e => parseFloat(getComputedStyle(e).fontSize)") for each in notes.all()]
-    assert sizes[1] < sizes[0]

@@ -171,15 +171,3 @@ def test_a_unit_behind_a_name_is_no_part_of_it(address: str, enter) -> None:
         ["Nuts (raw)", "Nuts (raw)guessed", "$2.00"],
         ["Tea", "Tea", "$1.00"],
     ]
-
-
-def test_a_replay_marks_what_was_guessed_by_then(address: str, enter) -> None:
-    page = enter(address)
-    begin(page)
-    say(page, "I want to bake a cake. Please add flour.")
-    rounds(page, 1)
-    marked = page.locator(".side .badge", has_text="guessed")
-    expect(marked).not_to_have_count(0)
-    count = marked.count()
-    page.goto(page.url.replace("/talk/", "/replay/"))
-    expect(page.locator(".view .badge", has_text="guessed")).to_have_count(count)

@@ -187,18 +187,6 @@ def test_the_other_pages(tour: Tour, size: dict[str, int], scheme: str) -> None:
         assert tour.page.evaluate(LOOKS)["faults"] == []
 
 
-def test_a_saved_page(tour: Tour) -> None:
-    for episode in (tour.grocery, tour.house):
-        saved = tour.page.request.get(f"{tour.address}/api/episodes/{episode}/export.html")
-        file = tour.file.with_name(f"{episode}.html")
-        file.write_bytes(saved.body())
-        for size in (DESKTOP, PHONE):
-            tour.page.set_viewport_size(size)
-            tour.page.goto(file.as_uri())
-            expect(tour.page.get_by_role("heading", name="How the belief moved")).to_be_visible()
-            assert tour.page.evaluate(LOOKS)["faults"] == []
-
-
 def test_a_study_of_what_came_of_it(tour: Tour) -> None:
     page = tour.page
     tour.show(f"/#/talk/{tour.grocery}", DESKTOP)

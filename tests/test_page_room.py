@@ -51,13 +51,3 @@ def test_a_room_that_cannot_be_had_is_said_and_drawn_later(address: str, enter) 
     rounds(page, 1)
     expect(page.locator("img.map")).to_be_visible()
     expect(page.get_by_text("The room could not be drawn.")).to_be_hidden()
-
-
-def test_a_saved_page_shows_the_map(address: str, enter) -> None:
-    page = enter(address, viewport=LAPTOP)
-    begin(page)
-    say(page, "open the fridge")
-    rounds(page, 1)
-    id = page.url.rpartition("/")[2]
-    saved = page.request.get(f"{address}/api/episodes/{id}/export.html").text()
-    assert "image/svg+xml;base64" in saved

@@ -10,12 +10,8 @@ from playwright.sync_api import Locator, Page, expect
 
 from browsers import needs_chromium
 from fakes import WordModel
-from goalscope.storage.store import Store
-from goalscope.study.store import StudyStore
 from sites import WRITES, site
 from test_page import WANTS, begin, rounds, say
-from test_study import fill
-from test_study_web import WEB
 
 pytestmark = needs_chromium
 
@@ -88,43 +84,6 @@ def test_a_composed_goal_is_not_added_half_typed(address: str, enter) -> None:
     field.fill("ケーキを焼く")
     field.press("Enter")
     expect(goals.get_by_role("listitem").first).to_contain_text("ケーキを焼く")
-
-
-def test_an_escape_that_ends_a_composition_closes_no_panel(address: str, enter) -> None:
-    page = enter(address)
-    begin(page)
-    say(page, WANTS)
-    rounds(page, 1)
-    goals = page.get_by_role("region", name="Goals")
-    goal = goals.get_by_role("button", expanded=False).first
-    goal.click()
-    goals.get_by_role("button", name="Reword it").click()
-    field = goals.get_by_role("textbox", name="In your words")
-    press(field, {**SAFARI, "key": "Escape"})
-    expect(field).to_be_visible()
-    field.press("Escape")
-    expect(field).to_be_hidden()
-
-
-def test_a_composed_reason_in_a_study_stays_in_its_field(tmp_path: Path, enter) -> None:
-    file = tmp_path / "episodes.db"
-    with Store.open(file) as store:
-        fill(store, methods=("good",), people=WEB.items_per_participant)
-        StudyStore(store).add(WEB)
-    with site(file) as address:
-        page = enter(f"{address}/study/shop?id=ann")
-        page.get_by_role("checkbox").check()
-        assert not press(page.get_by_role("checkbox"), SAFARI)
-        page.get_by_role("button", name="Take part").click()
-        page.get_by_role("link", name="Go to the questions").click()
-        heading = page.get_by_role("heading", level=1)
-        page.get_by_role("radio", name="2").check()
-        why = page.get_by_label("Why?")
-        why.fill("買い物かごは頼まれたとおりでした")
-        for field in (why, page.get_by_role("radio", name="2")):
-            assert not press(field, SAFARI)
-        expect(heading).to_contain_text("Question 1 of")
-        expect(why).to_have_value("買い物かごは頼まれたとおりでした")
 
 
 class Held(WordModel):

@@ -18,7 +18,6 @@ from goalscope.base.types import (
     InvalidInputError,
 )
 from goalscope.belief.advice import advice
-from goalscope.belief.belief import PINNED
 from goalscope.belief.calibration import PAPER
 from goalscope.belief.tracker import GoalTracker
 from goalscope.cli.main import app
@@ -128,16 +127,6 @@ def test_a_turn_that_does_not_fit_is_a_conflict(
     with pytest.raises(ConflictError):
         trackers.observe(id, turn, query, said)
     assert same(trackers.read(id), before)
-
-
-def test_what_a_correction_changed_is_in_the_record_at_once(id: str, kitchen: Kitchen) -> None:
-    kitchen.trackers.observe(id, 1, *CAKE)
-    kitchen.trackers.correct(id, "pin", "cook tomato soup")
-    (round,) = kitchen.store.rounds(id)
-    assert [(each.kind, each.goal.text) for each in round.changes] == [
-        ("pinned", "cook tomato soup")
-    ]
-    assert dict(round.belief.top())[Goal("cook tomato soup")] >= PINNED
 
 
 def test_the_assistant_learns_whether_to_act_to_ask_or_to_propose(tmp_path: Path) -> None:

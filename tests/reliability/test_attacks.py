@@ -211,8 +211,7 @@ NAMES = [
 ]  # fmt: skip
 PLACES = (
     "/static/{}", "/{}", "/study/{}", "/api/studies/{}", "/api/studies/{}/items/1",
-    "/api/episodes/{}", "/api/episodes/{}/export.json", "/api/episodes/{}/export.html",
-    "/api/episodes/1/export.{}",
+    "/api/episodes/{}", "/api/episodes/{}/export.json", "/api/episodes/1/export.{}",
     "/api/episodes/{}/picture.svg?round=0", "/api/episodes?text={}",
 )  # fmt: skip
 

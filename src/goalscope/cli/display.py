@@ -214,7 +214,6 @@ def show_reasons(
     console: Console,
     goal: Goal,
     reasons: Sequence[Reason],
-    words: Sequence[Sequence[tuple[str, float]]] = (),
     *,
     pinned: Sequence[tuple[int, Goal]] = (),
 ) -> None:
@@ -224,7 +223,6 @@ def show_reasons(
         console: Where to print.
         goal: The goal.
         reasons: Of each turn.
-        words: Of each turn, the words with their evidence, which colours them; or none.
         pinned: The goals that the person confirmed, as in `Belief`; they move every goal.
     """
     console.print(Text("Why ", "bold").append_text(terminal_safe(goal.text)))
@@ -232,22 +230,14 @@ def show_reasons(
     for heading in ("", "evidence (nats)", "then", "without it"):
         table.add_column(heading, justify="right", no_wrap=True)
     table.add_column("the person said", overflow="fold")
-    for number, each in enumerate(reasons):
-        said = terminal_safe(each.utterance)
-        if words:
-            said = Text()
-            for word, nats in words[number]:
-                style = "" if abs(nats) < 0.1 else "green" if nats > 0 else "red"
-                said.append_text(terminal_safe(word, style))
-                if style:
-                    said.append(f"({nats:+.1f})", f"dim {style}")
+    for each in reasons:
         sign = "green" if each.evidence > 0 else "red"
         table.add_row(
             str(each.turn),
             Text(f"{each.evidence:+.2f}", sign),
             f"{each.probability:.1%}",
             f"{each.without:.1%}",
-            said,
+            terminal_safe(each.utterance),
         )
     console.print(table)
     for each in reasons:

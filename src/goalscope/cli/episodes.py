@@ -9,15 +9,13 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from goalscope.base.types import GoalscopeError, InvalidInputError, pluralize
+from goalscope.base.types import InvalidInputError, pluralize
 from goalscope.cli.options import Json, StoreFile
-from goalscope.cli.terminal import console, settings_model
+from goalscope.cli.terminal import console
 
 if TYPE_CHECKING:
-    from rich.console import Console
-
     from goalscope.agent.round import Round
-    from goalscope.base.types import Goal, Turn
+    from goalscope.base.types import Goal
     from goalscope.belief.belief import Belief
     from goalscope.storage.store import EpisodeInfo, Store
 
@@ -78,8 +76,6 @@ def replay(id: Episode, store: StoreFile = None, as_json: Json = False) -> None:
         before = round.belief
     if corrections:
         out.print(terminal_safe(corrections), soft_wrap=True)
-    if info.profile and info.score is not None:
-        _show_checks_again(out, info, rounds)
     show_summary(out, info)
 
 
@@ -93,12 +89,6 @@ def why(
         int | None,
         typer.Option(min=1, help="Explain the belief after this round.  [default: the last]"),
     ] = None,
-    words: Annotated[
-        bool,
-        typer.Option(
-            "--words", help="Also show the evidence of each word, for which the model scores again."
-        ),
-    ] = False,
     store: StoreFile = None,
     as_json: Json = False,
 ) -> None:
@@ -123,22 +113,20 @@ def why(
     belief = rounds[-1].belief
     if not belief.inferred:
         raise InvalidInputError(f"This episode's method, {info.method}, computes no evidence.")
-    turns = [each.turn for each in rounds]
     try:
         chosen = _chosen(belief, goal)
     except InvalidInputError as error:
         raise InvalidInputError(f"{error} {corrections}") from None
-    found = reasons(belief, turns, chosen)
-    evidence = _word_evidence(info, belief, turns, chosen) if words else []
+    found = reasons(belief, [each.turn for each in rounds], chosen)
     if as_json:
-        told: dict[str, Any] = {
+        told = {
             "goal": chosen.text,
             "reasons": [asdict(each) for each in found],
             "confirmed": [{"goal": each.text, "turn": turns} for turns, each in belief.pinned],
         }
-        print(dumps({**told, "words": evidence} if words else told))
+        print(dumps(told))
     else:
-        show_reasons(console(), chosen, found, evidence, pinned=belief.pinned)
+        show_reasons(console(), chosen, found, pinned=belief.pinned)
     if corrections:
         console(stderr=True).print(terminal_safe(corrections), soft_wrap=True)
 
@@ -155,36 +143,6 @@ def _episode_json(info: EpisodeInfo, rounds: Sequence[Round]) -> dict[str, Any]:
             row["belief"]["probability"] = round.belief.probability.tolist()
         rows.append(row)
     return {**asdict(info), "model": model_shown(info.model), "rounds": rows}
-
-
-def _show_checks_again(out: Console, info: EpisodeInfo, rounds: Sequence[Round]) -> None:
-    """Replay the stored actions in goalscope's shop or room, and show which checks they meet."""
-    from goalscope.agent.planner import undo
-    from goalscope.agent.settings import settings_of
-    from goalscope.base.text import terminal_safe
-    from goalscope.cli.display import show_checks
-    from goalscope.envs.registry import (
-        BUILT_IN,
-        domain_named,
-        open_environment,
-        profile_named,
-    )
-
-    settings = settings_of(info.settings)
-    if settings.domain not in BUILT_IN or not domain_named(settings.domain).replays(settings):
-        return  # other people's code is not run to look at something
-    try:
-        person = profile_named(settings, info.profile or "")
-        env = open_environment(settings, person)
-        undo(env, [result for round in rounds for result in round.results])
-        met = env.checks_met(person).met
-        if not met or sum(met) / len(met) != info.score:
-            raise InvalidInputError("The catalogue, the scene or the profile has changed since.")
-        show_checks(out, person.checks, met)
-    except GoalscopeError as error:
-        out.print(
-            terminal_safe(f"Cannot show which checks were met: {error}", "dim"), soft_wrap=True
-        )
 
 
 def _later_corrections(store: Store, info: EpisodeInfo) -> str:
@@ -223,26 +181,3 @@ def _chosen(belief: Belief, text: str | None) -> Goal:
         what = "Several of these goals begin" if known else "None of these goals begins"
         raise InvalidInputError(f"{what} with {text!r}.")
     return known[0]
-
-
-def _word_evidence(
-    info: EpisodeInfo, belief: Belief, turns: list[Turn], goal: Goal
-) -> list[list[tuple[str, float]]]:
-    """Print the evidence of each word of each turn."""
-    from goalscope.agent.settings import likelihood_for, settings_of
-    from goalscope.belief.explain import word_evidence
-    from goalscope.belief.likelihood import RolePlay
-
-    settings = settings_of(info.settings)
-    if settings.likelihood:
-        raise InvalidInputError(
-            f"The likelihood {settings.likelihood} scores whole utterances, not words. Leave out "
-            "--words."
-        )
-    with settings_model(settings) as engine:
-        likelihood = likelihood_for(settings, engine)
-        assert isinstance(likelihood, RolePlay)
-        return [
-            word_evidence(likelihood, info.task, belief, turns[:end], goal)
-            for end in range(1, len(turns) + 1)
-        ]

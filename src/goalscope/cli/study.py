@@ -47,8 +47,7 @@ def new(
     store: StoreFile = None,
 ) -> None:
     """Create a study of the episodes in the store. It never changes afterwards."""
-    from goalscope.study.items import chosen_episodes
-    from goalscope.study.plan import read_plan
+    from goalscope.study.plan import chosen_episodes, read_plan
 
     plan = read_plan(file)
     with _opened(store) as (opened, studies):

@@ -16,8 +16,7 @@ from goalscope.base.inputs import nearest
 from goalscope.base.types import ConflictError, InvalidInputError, Turn
 from goalscope.storage.store import Store, dumps
 from goalscope.storage.tables import ANSWERS, ITEMS, PARTICIPANTS, STUDIES
-from goalscope.study.items import Item, chosen_episodes, item_of
-from goalscope.study.plan import Plan, plan_of
+from goalscope.study.plan import Item, Plan, chosen_episodes, item_of, plan_of
 
 HOLD = timedelta(hours=1)
 """How long items stay reserved for a participant who has not finished."""

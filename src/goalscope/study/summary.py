@@ -61,7 +61,7 @@ class Rated:
 
 
 def study_tables(store: Store, study: Study) -> list[Table]:
-    """The progress of a study, and the scores by method and by episode."""
+    """The progress of a study, and the scores by method."""
     studies = StudyStore(store)
     people = studies.participants(study)
     rated = {id: Rated(store.episode(id)) for id in studies.items(study).values()}
@@ -71,15 +71,7 @@ def study_tables(store: Store, study: Study) -> list[Table]:
                 rated[answer.episode].ratings[each.number] = answer.rating
     judges = _judged(store, rated)
     found = list(rated.values())
-    return [
-        _progress(study, people, found),
-        _methods(study, found, judges),
-        _episodes(study, found, judges),
-    ]
-
-
-def _titled(study: Study, kind: str, what: str) -> tuple[str, str]:
-    return f"study-{study.plan.name}-{kind}", f"Study {study.plan.name}: {what}"
+    return [_progress(study, people, found), _methods(study, found, judges)]
 
 
 def _progress(study: Study, people: Sequence[Participant], rated: Sequence[Rated]) -> Table:
@@ -98,7 +90,8 @@ def _progress(study: Study, people: Sequence[Participant], rated: Sequence[Rated
     }
     rows: list[Row] = [{"what": what, "value": value} for what, value in values.items()]
     notes = ("Only ratings of people who finished count.",)
-    return Table(*_titled(study, "progress", "how far it is"), rows, notes)
+    name = study.plan.name
+    return Table(f"study-{name}-progress", f"Study {name}: how far it is", rows, notes)
 
 
 def _methods(study: Study, rated: Sequence[Rated], judges: Sequence[str]) -> Table:
@@ -107,56 +100,33 @@ def _methods(study: Study, rated: Sequence[Rated], judges: Sequence[str]) -> Tab
         key = (each.info.domain, model_shown(each.info.model), each.info.method)
         groups.setdefault(key, []).append(each)
     rows: list[Row] = []
-    by = _headed(judges)
     for key, every in sorted(groups.items()):
         group = [each for each in every if each.ratings]
         trials = [each.trials for each in group]
+        human = _over_people(group, lambda each: mean(each.trials))
         row: dict[str, Entry] = dict(zip(("domain", "model", "method"), key, strict=True))
         row |= {"episodes rated": len(group), "ratings": sum(map(len, trials))}
-        row |= {"human score": _human(group), "human SD": _sd(trials)}
+        row["human score"] = human and Estimate(human.value, _interval(group), "percent")
+        row["human SD"] = percent(pooled_sd_of_mean(trials) if trials else None)
         row["state score"] = _over_people(group, lambda each: each.info.score)
         for judge in judges:
-            read = [each.readings[judge].trials for each in group if judge in each.readings]
-            score = _over_people(group, lambda each, judge=judge: _judge(each, judge))
-            row[f"judge score{by[judge]}"] = score
-            row[f"judge SD{by[judge]}"] = _sd([each for each in read if each])
+            by = f" by {judge}" if len(judges) > 1 else ""
+            row[f"judge score{by}"] = _over_people(
+                group, lambda each, judge=judge: _judge(each, judge)
+            )
         rows.append(row)
-    return Table(*_titled(study, "methods", "methods"), rows, _notes(judges))
-
-
-def _episodes(study: Study, rated: Sequence[Rated], judges: Sequence[str]) -> Table:
-    by = _headed(judges)
-    rows: list[Row] = [
-        {
-            "episode": each.info.id,
-            "profile": each.info.profile or "a person",
-            "method": each.info.method,
-            "ratings": len(each.ratings),
-            "human score": _human([each]),
-            "state score": percent(each.info.score),
-            **{f"judge score{by[judge]}": percent(_judge(each, judge)) for judge in judges},
-        }
-        for each in rated
-    ]
-    return Table(*_titled(study, "episodes", "episodes"), rows)
-
-
-def _notes(judges: Sequence[str]) -> tuple[str, ...]:
-    return (
+    notes = (
         "Scores are means over profiles, of the episodes that are rated. The human score is a "
         f"share of the best rating, {BEST}; the state score is the share of the profile's "
         "conditions that hold in the end.",
         "Intervals of 95 % are bootstrapped over those who rated: what other people would say of "
         "the same episodes. There is none where all agree, or only one has rated.",
-        "SD: pooled standard deviation of the mean (Sec. 5.1), the noise of several raters or "
-        "trials of an episode, and not of the choice of profiles; the paper gives no formula.",
+        "SD: pooled standard deviation of the mean (Sec. 5.1), the noise of several raters of an "
+        "episode, and not of the choice of profiles; the paper gives no formula.",
         *(JUDGE_NOTES if judges else ()),
     )
-
-
-def _headed(judges: Sequence[str]) -> dict[str, str]:
-    """The suffix of each evaluator's column headings."""
-    return {judge: f" by {judge}" if len(judges) > 1 else "" for judge in judges}
+    name = study.plan.name
+    return Table(f"study-{name}-methods", f"Study {name}: methods", rows, notes)
 
 
 def _judged(store: Store, rated: Mapping[str, Rated]) -> tuple[str, ...]:
@@ -197,12 +167,6 @@ def _over_people(
     return percent(mean([sum(each) / len(each) for each in by_profile.values()]))
 
 
-def _human(group: Sequence[Rated]) -> Estimate | None:
-    """The human score, with an interval for other raters."""
-    found = _over_people(group, lambda each: mean(each.trials))
-    return found and Estimate(found.value, _interval(group), "percent")
-
-
 def _interval(group: Sequence[Rated], *, seed: int = 0) -> Interval | None:
     """Percentile bootstrap of the mean over profiles, resampling whole participants."""
     rated = [each for each in group if each.ratings]
@@ -227,10 +191,6 @@ def _means(values: Array, axis: int) -> Array:
     count = known.sum(axis)
     total: Array = np.where(known, values, 0.0).sum(axis)
     return np.divide(total, count, np.full_like(total, np.nan), where=count > 0)
-
-
-def _sd(runs: Sequence[Sequence[float]]) -> Entry:
-    return percent(pooled_sd_of_mean(runs) if runs else None)
 
 
 def krippendorff_alpha(units: Sequence[Sequence[int]]) -> float | None:

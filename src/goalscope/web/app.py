@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import asyncio
 from asyncio import wrap_future
-from collections.abc import AsyncGenerator, Callable
+from collections.abc import AsyncGenerator, Callable, Sequence
 from contextlib import asynccontextmanager
 from dataclasses import replace
 from importlib.metadata import version
 from pathlib import Path
-from typing import Annotated, Any, Literal
+from typing import Annotated, Any
 
 from fastapi import FastAPI, Query, Security
 from fastapi.exceptions import RequestValidationError
@@ -20,18 +20,19 @@ from pydantic import BaseModel
 from starlette.exceptions import HTTPException
 
 from goalscope.agent.agent import Method
-from goalscope.agent.settings import Settings
+from goalscope.agent.planner import undo
+from goalscope.agent.round import Round
+from goalscope.agent.settings import Settings, settings_of
 from goalscope.base.text import model_shown
 from goalscope.base.types import ConflictError, Goal, GoalscopeError, InvalidInputError
 from goalscope.belief.explain import reasons
 from goalscope.belief.tracker import Correction
 from goalscope.envs import completion_phrase
-from goalscope.envs.registry import BUILT_IN, SHOP, domain_named, open_environment
+from goalscope.envs.registry import BUILT_IN, SHOP, domain_named, open_environment, profile_named
 from goalscope.models import Model, model_name
 from goalscope.storage.store import EpisodeInfo, Store
 from goalscope.storage.tracking import Trackers
 from goalscope.web.conversations import Conversation, Conversations
-from goalscope.web.exports import as_html, room_picture
 from goalscope.web.guard import ErrorBody, error_response
 from goalscope.web.study import study_router
 from goalscope.web.tracking import Operation, Tracking
@@ -135,7 +136,8 @@ def create_app(store: Store, model: Model, defaults: Settings | None = None) -> 
     """
     settings = defaults or Settings()
     conversations = Conversations(store, model)
-    domains = _domains(settings)
+    names = (*BUILT_IN, *({settings.domain} - {*BUILT_IN}))
+    domains = [_domain(name, settings) for name in names]
     scenes = {scene for domain in domains for scene in domain.scenes}
 
     @asynccontextmanager
@@ -167,7 +169,7 @@ def create_app(store: Store, model: Model, defaults: Settings | None = None) -> 
 
     def can_go_on(info: EpisodeInfo) -> bool:
         """Not with a simulated person, files of one's own, or beliefs of another model."""
-        known = info.profile is None and info.domain in {domain.name for domain in domains}
+        known = info.profile is None and info.domain in names
         return known and not info.ended and info.model == model_name(model)
 
     @app.get("/", include_in_schema=False)
@@ -194,7 +196,7 @@ def create_app(store: Store, model: Model, defaults: Settings | None = None) -> 
             domain=domain, text=text, newest_first=True, limit=limit, offset=offset
         )
         return EpisodeList(
-            episodes=[EpisodeView.of(info) for info in found],
+            episodes=[EpisodeView.model_validate(info) for info in found],
             total=store.count(domain=domain, text=text),
             domains=store.domains(),
         )
@@ -246,7 +248,7 @@ def create_app(store: Store, model: Model, defaults: Settings | None = None) -> 
         if not (belief and belief.inferred):
             raise HTTPException(404, "There is no belief here.")
         found = reasons(belief, [each.turn for each in rounds], Goal(goal))
-        return Why.of(Goal(goal), found)
+        return Why(goal=goal, reasons=found)
 
     @app.get("/api/episodes/{id}/words")
     async def words(id: str, goal: str, turn: int) -> WordEvidence:
@@ -269,14 +271,11 @@ def create_app(store: Store, model: Model, defaults: Settings | None = None) -> 
             },
         )
 
-    @app.get("/api/episodes/{id}/export.{form}")
-    def export(id: str, form: Literal["json", "html"]) -> Response:
+    @app.get("/api/episodes/{id}/export.json")
+    def export(id: str) -> Response:
         info = stored(id)
-        rounds = store.rounds(info.id)
-        headers = {"content-disposition": f'attachment; filename="goalscope-{info.id}.{form}"'}
-        if form == "html":
-            return Response(as_html(info, rounds), media_type="text/html", headers=headers)
-        text = StoredEpisode.of(info, rounds).model_dump_json(indent=1)
+        text = StoredEpisode.of(info, store.rounds(info.id)).model_dump_json(indent=1)
+        headers = {"content-disposition": f'attachment; filename="goalscope-{info.id}.json"'}
         return Response(text, media_type="application/json", headers=headers)
 
     trackers = Trackers(store, lambda: model, settings)
@@ -316,18 +315,37 @@ def _event(kind: str, data: BaseModel) -> str:
     return f"event: {kind}\ndata: {data.model_dump_json()}\n\n"
 
 
-def _domains(settings: Settings) -> list[DomainView]:
-    found: list[DomainView] = []
-    for name in (*BUILT_IN, *({settings.domain} - {*BUILT_IN})):
-        domain = domain_named(name)
-        with open_environment(replace(settings, domain=name)) as env:
-            found.append(
-                DomainView(
-                    name=name,
-                    title=domain.label,
-                    task=env.task,
-                    completion_phrase=completion_phrase(env),
-                    scenes=list(domain.scenes()),
-                )
-            )
-    return found
+def _domain(name: str, settings: Settings) -> DomainView:
+    domain = domain_named(name)
+    with open_environment(replace(settings, domain=name)) as env:
+        return DomainView(
+            name=name,
+            title=domain.label,
+            task=env.task,
+            completion_phrase=completion_phrase(env),
+            scenes=list(domain.scenes()),
+        )
+
+
+def room_picture(info: EpisodeInfo, rounds: Sequence[Round], *, width: int | None = None) -> str:
+    """The room from above after these rounds, as an SVG as wide as `width` px.
+
+    What the last round changed stands out.
+
+    Raises:
+        InvalidInputError: There is no room in this domain.
+    """
+    settings = settings_of(info.settings)
+    domain = domain_named(info.domain) if info.domain in BUILT_IN else None
+    if domain is None or domain.snapshot is None or not domain.replays(settings):
+        raise InvalidInputError("This episode has no room to draw.")
+    person = None
+    if info.profile and not settings.scene:
+        person = profile_named(settings, info.profile)
+    with open_environment(settings, person) as env:
+        undo(env, [result for round in rounds[:-1] for result in round.results])
+        before = domain.snapshot(env)
+        for round in rounds[-1:]:
+            for result in round.results:
+                env.step(result.action)
+        return domain.draw(env, before, width)

@@ -128,9 +128,9 @@ class Conversation:
             return self._changed(
                 round=len(agent.rounds) + 1,
                 belief=BeliefView.of(agent.belief) if agent.belief.inferred else None,
-                changes=[ChangeView.of(change) for change in agent.corrections],
+                changes=[*map(ChangeView.model_validate, agent.corrections)],
                 can_undo=agent.can_undo_correction,
-                confirm=Confirm.of(last) if last and waits else None,
+                confirm=Confirm.model_validate(last) if waits else None,
             )
 
     def _changed(self, **changes: Any) -> Live:
@@ -278,7 +278,7 @@ class Conversation:
         info = self._session.info
         self._update(query=None, utterance=None)
         if info.ended:
-            self._publish("ended", lambda: EpisodeView.of(info))
+            self._publish("ended", lambda: EpisodeView.model_validate(info))
         else:
             self._ask()
 

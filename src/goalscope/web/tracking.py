@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from inspect import Parameter, signature
 from typing import Annotated, Any, get_type_hints
 
-from pydantic import BaseModel, Field, ValidationError, create_model
+from pydantic import BaseModel, BeforeValidator, Field, ValidationError, create_model
 
 from goalscope.base.types import InvalidInputError
 from goalscope.belief.tracker import Correction
@@ -21,14 +21,14 @@ Goals = Annotated[
 ]
 
 
-class SessionView(BaseModel):
+class SessionView(BaseModel, from_attributes=True):
     """A summary of a session; `turns` is their number."""
 
     id: str
     created: str
     task: str
-    turns: int
-    closed: bool
+    turns: int = Field(validation_alias="rounds")
+    closed: Annotated[bool, BeforeValidator(bool)] = Field(validation_alias="ended")
 
 
 class Sessions(BaseModel):
@@ -169,7 +169,8 @@ class Tracking:
         goal: Annotated[str, Field(description="The goal; the likeliest if left out.")] = "",
     ) -> Why:
         """What each thing that the person said speaks for or against a goal, in nats."""
-        return Why.of(*self._trackers.why(session, goal))
+        named, reasons = self._trackers.why(session, goal)
+        return Why(goal=named.text, reasons=reasons)
 
     def close_session(self, session: Session) -> TrackerView:
         """End a session; it can still be read."""
@@ -181,18 +182,8 @@ class Tracking:
         offset: Annotated[int, Field(ge=0, le=10**9, description="After so many others.")] = 0,
     ) -> Sessions:
         """Which sessions there are, newest first, also of other conversations."""
-        return Sessions(
-            sessions=[
-                SessionView(
-                    id=each.id,
-                    created=each.created,
-                    task=each.task,
-                    turns=each.rounds,
-                    closed=each.ended is not None,
-                )
-                for each in self._trackers.sessions(limit=limit, offset=offset)
-            ]
-        )
+        found = self._trackers.sessions(limit=limit, offset=offset)
+        return Sessions(sessions=[*map(SessionView.model_validate, found)])
 
     def delete_session(self, session: Session) -> Deleted:
         """Delete a session with everything said in it; this cannot be undone."""

@@ -3,16 +3,16 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import asdict
-from typing import Any, Literal
+from dataclasses import fields
+from typing import Annotated, Any, Literal
 
-from pydantic import BaseModel, ConfigDict
+from pydantic import AfterValidator, AliasPath, BaseModel, BeforeValidator, Field
 
 from goalscope.agent import round as episodes
 from goalscope.agent.agent import NO_GOAL
 from goalscope.agent.people import AGREES, DECLINES
 from goalscope.base.text import model_shown
-from goalscope.base.types import UNSPECIFIED, Goal, GoalChange, StepResult, pluralize
+from goalscope.base.types import UNSPECIFIED, pluralize
 from goalscope.belief import belief as beliefs
 from goalscope.belief.advice import Advice
 from goalscope.belief.explain import Reason, in_words
@@ -21,10 +21,8 @@ from goalscope.storage.store import EpisodeInfo
 from goalscope.storage.tracking import Tracked
 
 
-class RequestBody(BaseModel):
+class RequestBody(BaseModel, extra="forbid"):
     """Base of request bodies. Unknown fields are errors: a typo must not mean the default."""
-
-    model_config = ConfigDict(extra="forbid")
 
 
 def explained(faults: Any, body: type[BaseModel]) -> str:
@@ -87,44 +85,22 @@ class BeliefView(BaseModel):
         )
 
 
-class ChangeView(BaseModel):
-    """A goal that was added, removed or confirmed, and why."""
+class ChangeView(BaseModel, from_attributes=True):
+    """A goal that was added, removed or confirmed, and why; of a `GoalChange`."""
 
     kind: Literal["added", "removed", "pinned"]
-    goal: str
+    goal: str = Field(validation_alias=AliasPath("goal", "text"))
     reason: str
     final: bool
 
-    @classmethod
-    def of(cls, change: GoalChange) -> ChangeView:
-        """The view of a change."""
-        return cls(
-            kind=change.kind, goal=change.goal.text, reason=change.reason, final=change.final
-        )
 
+class ActionView(BaseModel, from_attributes=True):
+    """An action and its result; of a `StepResult`."""
 
-class ActionView(BaseModel):
-    """An action and its result."""
-
-    text: str
+    text: Annotated[str, BeforeValidator(str)] = Field(validation_alias="action")
     ok: bool
     observation: str
     irreversible: bool
-
-    @property
-    def is_look_up(self) -> bool:
-        """Whether it only returned information, on several lines."""
-        return self.ok and not self.irreversible and "\n" in self.observation
-
-    @classmethod
-    def of(cls, result: StepResult) -> ActionView:
-        """The view of an action's result."""
-        return cls(
-            text=str(result.action),
-            ok=result.ok,
-            observation=result.observation,
-            irreversible=result.irreversible,
-        )
 
 
 class RoundView(BaseModel):
@@ -152,22 +128,17 @@ class RoundView(BaseModel):
     @classmethod
     def of(cls, round: episodes.Round) -> RoundView:
         """The view of a round."""
-        return cls(
-            number=round.number,
-            query=round.turn.query,
-            utterance=round.turn.utterance,
-            understood=[*map(order_in_words, round.reading.orders)] if round.reading else [],
-            belief=BeliefView.of(round.belief) if round.belief.inferred else None,
-            belief_note=_belief_note(round),
-            changes=[ChangeView.of(change) for change in round.changes],
-            actions=[ActionView.of(result) for result in round.results],
-            replans=round.replans,
-            status=round.status,
-            notes=[note for note in round.notes if note != NO_GOAL],
-            question=round.question,
-            state=round.state,
-            terminated=round.terminated,
-        )
+        values = {each.name: getattr(round, each.name) for each in fields(round)}
+        values |= {
+            "query": round.turn.query,
+            "utterance": round.turn.utterance,
+            "understood": map(order_in_words, round.reading.orders) if round.reading else (),
+            "belief": BeliefView.of(round.belief) if round.belief.inferred else None,
+            "belief_note": _belief_note(round),
+            "actions": round.results,
+            "notes": [note for note in round.notes if note != NO_GOAL],
+        }
+        return cls.model_validate(values)
 
 
 def _belief_note(round: episodes.Round) -> str:
@@ -179,7 +150,7 @@ def _belief_note(round: episodes.Round) -> str:
     return " ".join([*order, *(note for note in round.notes if note == NO_GOAL)])
 
 
-class EpisodeView(BaseModel):
+class EpisodeView(BaseModel, from_attributes=True):
     """An episode without its rounds; `first_words` is what the person said first, cut short."""
 
     id: str
@@ -187,17 +158,12 @@ class EpisodeView(BaseModel):
     domain: str
     profile: str | None
     method: str
-    model: str
+    model: Annotated[str, AfterValidator(model_shown)]
     task: str
     ended: Literal["terminated", "truncated"] | None
     score: float | None
     rounds: int
     first_words: str
-
-    @classmethod
-    def of(cls, info: EpisodeInfo) -> EpisodeView:
-        """The view of an episode."""
-        return cls.model_validate({**asdict(info), "model": model_shown(info.model)})
 
 
 class StoredEpisode(BaseModel):
@@ -210,12 +176,12 @@ class StoredEpisode(BaseModel):
     def of(cls, info: EpisodeInfo, rounds: Sequence[episodes.Round]) -> StoredEpisode:
         """The view of an episode."""
         return StoredEpisode(
-            episode=EpisodeView.of(info), rounds=[RoundView.of(each) for each in rounds]
+            episode=EpisodeView.model_validate(info), rounds=[*map(RoundView.of, rounds)]
         )
 
 
-class Confirm(BaseModel):
-    """An irreversible action that waits until exactly this state is confirmed.
+class Confirm(BaseModel, from_attributes=True):
+    """An irreversible action that waits until exactly this state is confirmed; of a `Round`.
 
     `yes` and `no` are the words that answer the question.
     """
@@ -223,19 +189,8 @@ class Confirm(BaseModel):
     state: str
     status: str
     question: str
-    yes: str
-    no: str
-
-    @classmethod
-    def of(cls, round: episodes.Round) -> Confirm:
-        """The confirmation that a round waits for."""
-        return cls(
-            state=round.state,
-            status=round.status,
-            question=round.question,
-            yes=AGREES,
-            no=DECLINES,
-        )
+    yes: str = AGREES
+    no: str = DECLINES
 
 
 class Live(BaseModel):
@@ -310,7 +265,7 @@ class TrackerView(BaseModel):
             because=because,
             in_words=in_words(tracked.belief, tracked.turns, doubted=advice not in ("act", None)),
             belief=belief,
-            changes=[ChangeView.of(change) for change in tracked.changes],
+            changes=[*map(ChangeView.model_validate, tracked.changes)],
             notes=notes,
             closed=tracked.closed,
         )
@@ -321,8 +276,3 @@ class Why(BaseModel):
 
     goal: str
     reasons: list[Reason]
-
-    @classmethod
-    def of(cls, goal: Goal, reasons: Sequence[Reason]) -> Why:
-        """The view of reasons from `goalscope.belief.explain`."""
-        return cls(goal=goal.text, reasons=[*reasons])

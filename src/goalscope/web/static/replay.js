@@ -67,13 +67,11 @@ function closeOnEscape(views, signal) {
 }
 
 function links({ episode, live }) {
-  const link = (rest, text) => h("a", { class: "button", href: pathOf(episode.id, rest), download: "" }, text);
   return h(
     "div",
     { class: "buttons" },
     live ? h("a", { class: "button primary", href: `#/talk/${episode.id}` }, "Continue") : null,
-    link("/export.html", "Save as a page"),
-    link("/export.json", "Save as JSON"),
+    h("a", { class: "button", href: pathOf(episode.id, "/export.json"), download: "" }, "Save as JSON"),
   );
 }
 
