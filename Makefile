@@ -159,6 +159,6 @@ adapters/reader/adapter.gguf adapters/writer/adapter.gguf: adapters/%/adapter.gg
 	$(BIN)/python training/fit_$*.py --out adapters/$*
 
 lock:  ## pin the newest versions that pyproject.toml allows
-	$(LOCK) --upgrade --extra cluster --extra experiments --extra mcp --extra postgres --extra remote \
+	$(LOCK) --upgrade --extra experiments --extra mcp --extra postgres --extra remote \
 		--extra web --group dev --output-file requirements.lock
 	cp requirements.lock requirements-core.lock && $(LOCK) --output-file requirements-core.lock

@@ -85,7 +85,6 @@ def test_the_figures_of_each_kind_are_there(folder: Path) -> None:
     found = {section.name: section for section in read_report(folder).sections}
     kinds = {name: [f.name.split("-")[0] for f in part.figures] for name, part in found.items()}
     assert kinds == {
-        "beliefs": [],
         "mcq": ["accuracy"],
         "people": ["ablation", "people"],
         "talk": ["turns", "calibration"],
@@ -113,7 +112,8 @@ def test_what_is_missing_failed_or_mixed_is_said(tmp_path: Path) -> None:
         results.ask_for(planned)
         one, two, three, _ = planned
         results.keep(one.key, cells[0][1], IDENTITY)
-        results.keep(two.key, cells[1][1], {**IDENTITY, "code": "other"}, attempts=2)
+        results.fail(two.key, "first")
+        results.keep(two.key, cells[1][1], {**IDENTITY, "code": "other"})
         results.fail(three.key, "The server <b>is</b> away.")
     (section,) = read_report(tmp_path / "r.db", draw=False).sections
     assert [*section.tables[0].rows[0].values()] == ["mcq", 4, 2, 1, 1, 1]
@@ -161,7 +161,7 @@ def test_other_files_of_a_folder_are_left_out_and_named(folder: Path) -> None:
     other.close()
     Store.open(folder / "empty.db").close()
     found = read_report(folder, draw=False)
-    assert [section.name for section in found.sections] == ["beliefs", "mcq", "people", "talk"]
+    assert [section.name for section in found.sections] == ["mcq", "people", "talk"]
     assert ["broken.db" in found.skipped[0], "foreign.db" in found.skipped[1]] == [True] * 2
     with pytest.raises(GoalscopeError, match=r"foreign\.db belongs to another program"):
         read_report(folder / "foreign.db")
@@ -205,7 +205,7 @@ def test_a_report_has_a_summary_and_a_page_with_all_tables_of_each_part(
         assert f"| {section.name} |" in text
         page = pages[section.name].read_text(encoding="utf-8")
         assert "[All results](../results.md)" in page
-        assert page.count("Made by: make it") == (section.name != "beliefs")
+        assert page.count("Made by: make it") == 1
         assert page.count("\n## ") == len(section.tables)
         assert page.count("![") == len(section.figures)
 
@@ -221,17 +221,16 @@ def test_the_summary_has_the_papers_loss_beside_goalscopes_of_each_model(tmp_pat
     fill(tmp_path / "r.db", both)
     found = read_report(tmp_path / "r.db", draw=False)
     beliefs, *_ = found.summary
-    name = "SmolLM2-135M-Instruct"
-    assert [row["model"] for row in beliefs.rows] == [
-        f"{name} without adapter",
-        f"{name} + mine",
+    assert [row["of"] for row in beliefs.rows] == [
+        "own, SmolLM2-135M-Instruct without adapter",
+        "own, SmolLM2-135M-Instruct, mine",
     ]
     assert {row["n"] for row in beliefs.rows} == {12}
     assert "cells so far" not in beliefs.columns
-    page = {(row["model"], row["belief"]): row for row in found.sections[0].tables[1].rows}
-    for row in beliefs.rows:
-        assert row["log-loss"] == page[row["model"], "goalscope"]["log-loss"]
-        assert row["Eq. 1: log-loss"] == page[row["model"], "Eq. 1"]["log-loss"]
+    for row, table in zip(beliefs.rows, found.sections[0].tables[1:], strict=True):
+        page = {each["predictor"]: each for each in table.rows}
+        assert row["log-loss"] == page["goalscope"]["log-loss"]
+        assert row["Eq. 1: log-loss"] == page["goalscope, Eq. 1"]["log-loss"]
         assert row["log-loss"] != row["Eq. 1: log-loss"]
 
 
@@ -254,8 +253,8 @@ def test_the_command_writes_or_prints(folder: Path, tmp_path: Path) -> None:
     printed = CliRunner().invoke(app, [str(folder), "--json"])
     assert printed.exit_code == 0
     sections = json.loads(printed.stdout)
-    assert [section["name"] for section in sections] == ["beliefs", "mcq", "people", "talk"]
-    assert sections[1]["tables"][1]["rows"][0]["prompt"] == "question"
+    assert [section["name"] for section in sections] == ["mcq", "people", "talk"]
+    assert sections[0]["tables"][1]["rows"][0]["prompt"] == "question"
     assert not (folder / "report.md").exists()
     written = CliRunner().invoke(app, [str(folder / "mcq.db")])
     assert written.exit_code == 0

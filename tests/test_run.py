@@ -397,10 +397,20 @@ def whole(tmp_path_factory):
 
 
 def test_worker_processes_measure_the_same_to_the_bit(whole, tmp_path):
-    pytest.importorskip("distributed")
-    pytest.importorskip("cryptography")
     file, tables, cells = whole
-    spread = command(file, tmp_path, "--on", "dask")
+    spread = command(file, tmp_path, "--workers", "2")
     ran = subprocess.run(spread, env=ENV, capture_output=True, text=True)
     assert ran.returncode == 0, ran.stderr
     assert measured(tmp_path) == (tables, cells)
+
+
+def die(task):
+    os._exit(1)
+
+
+def test_a_worker_that_dies_ends_the_run_and_loses_no_result(results, fake, monkeypatch):
+    run(fakes(1), results)
+    monkeypatch.setattr(runs, "perform", die)
+    with pytest.raises(GoalscopeError, match=r"worker process died.*same command"):
+        run(fakes(3), results, workers=2)
+    assert [cell.attempts for cell in results.cells()] == [1, 0, 0]

@@ -11,9 +11,7 @@ from goalscope.belief.calibration import LAST_TURN, Calibration
 from goalscope.experiment.dialogues import (
     FITTED_FROM,
     after_turn,
-    area,
     dialogue_table,
-    model_tables,
     number_of,
     read_dialogues,
     reliability_of,
@@ -297,67 +295,6 @@ def test_labels_tell_the_models_of_one_task_apart_and_not_the_tasks() -> None:
     assert models([*shop, *home]) == ["small", "small"]
     more = [(met(spec, set="home", goals=7), result) for spec, result in cells]
     assert models([*shop, *home, *more]) == ["small, goals 5", "small, goals 7", "small"]
-
-
-def test_models_that_met_the_same_dialogues_are_compared() -> None:
-    base = [
-        dialogue(n, n % 2, 2, group=f"g{n // 2}", unspecified=[0.0, 0.0],
-                 **{"role-play": [SURE, SURE]})
-        for n in range(4)
-    ]  # fmt: skip
-    better = [
-        (
-            {**spec, "model": {}},
-            {
-                "role-play": [[4.0 * (i == n % 2) for i in range(4)]] * turns,
-                "unspecified": [0.0] * turns,
-                "calibration": asdict(Calibration(temperature=2.0)),
-            },
-        )
-        for n, (spec, _) in enumerate(base)
-        for turns in [2 if n else 1]
-    ]
-    (table,) = model_tables(read_dialogues([*base, *better[:3]]))
-    assert table.name == "models-teach-valid-4-hard-goals-each"
-    assert table.title == "Models compared: teach, valid, 4 hard goals each"
-    found = {(entries["model"], entries["turn"]): entries for entries in table.rows}
-    small, large = "small", "SmolLM2-135M-Instruct"
-    assert list(found) == [
-        (small, "1"), (large, "1"), (small, "2"), (large, "2"), (small, "last"), (large, "last")
-    ]  # fmt: skip
-    first, other = found[small, "1"], found[large, "1"]
-    assert (first["n"], first["top-1"].value, first["top-1, difference"]) == (4, 0.5, None)
-    assert (other["n"], other["top-1"].value) == (3, 1.0)
-    assert other["top-1, difference"].value == pytest.approx(1 / 3)
-    right, wrong = math.log(1 + 3 * math.exp(-1)), math.log(3 + math.exp(1))
-    assert first["log-loss"].value == pytest.approx((right + wrong) / 2)
-    now = math.log(1 + 3 * math.exp(-2))
-    assert other["log-loss, difference"].value == pytest.approx(now - (2 * right + wrong) / 3)
-    assert other["log-loss, difference"].interval is not None  # the groups differ
-    assert found[large, "2"]["n"] == 2
-    assert first["open-set AUROC"] == area(after_turn(read_dialogues(base)[0], "goalscope", 1))
-    assert list(model_tables(read_dialogues(base))) == []
-
-
-def test_only_the_same_words_are_compared_and_a_calibration_is_no_better_model() -> None:
-    base = [dialogue(n, 0, 1, group=f"g{n}", **{"role-play": [SURE]}) for n in range(4)]
-    warmer = [
-        (
-            {**spec, "model": {}},
-            {**result, "calibration": asdict(Calibration(temperature=3.0))},
-        )
-        for spec, result in base
-    ]
-    (table,) = model_tables(read_dialogues([*base, *warmer]))
-    other = row(table, "SmolLM2-135M-Instruct", "1")
-    assert other["log-loss, difference"].value > 0.1
-    assert other["Eq. 1: log-loss, difference"].value == 0.0
-    for spec, _ in warmer[:3]:
-        spec["case"] = {**spec["case"], "turns": [["What?", "Something else."]]}
-    (table,) = model_tables(read_dialogues([*base, *warmer]))
-    left = row(table, "SmolLM2-135M-Instruct", "1")
-    assert left["n"] == 4
-    assert left["log-loss, difference"].interval is None  # of one dialogue
 
 
 def test_few_groups_are_told_of_however_many_dialogues_they_have() -> None:

@@ -33,7 +33,6 @@ RUNS = {"eval", "exec", "compile", "__import__", "system", "popen", "execv", "ex
 RUNS_FILES = {"exec_module", "run_path", "run_module", "load_module"}
 READS_CODE = {"pickle", "marshal", "shelve", "dill", "joblib", "cloudpickle", "yaml", "pty", "code"}
 ALLOWED = {
-    ("experiment/cluster.py", "pickle"),  # between the workers of one's own cluster, as Dask itself
     ("domains.py", "exec_module"),  # the file of a domain, where the command line names it
 }
 QUERIES = {"execute", "executemany", "executescript", "exec_driver_sql", "literal_column"}

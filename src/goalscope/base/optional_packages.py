@@ -13,7 +13,6 @@ EXTRAS = {
     **dict.fromkeys(("httpx2", "huggingface-hub", "openai", "tokenizers"), "remote"),
     **dict.fromkeys(("torch", "transformers", "peft"), "torch"),
     **dict.fromkeys(("bm25s", "matplotlib", "scikit-learn", "scipy"), "experiments"),
-    **dict.fromkeys(("distributed", "cryptography"), "cluster"),
     **dict.fromkeys(("fastapi", "uvicorn"), "web"),
     "mcp": "mcp",
     "psycopg": "postgres",

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import os
-import re
 import shlex
 import sys
 from pathlib import Path
@@ -28,8 +27,6 @@ from goalscope.cli.terminal import loading, model_names, progress
 if TYPE_CHECKING:
     from goalscope.experiment.plan import Experiment
 
-__all__ = ["bench", "experiment"]
-
 bench = typer.Typer(
     no_args_is_help=True, help="Infer known goals, and compare with simpler methods."
 )
@@ -44,15 +41,9 @@ Folder = Annotated[
     typer.Option("--results", metavar="DIR", help="Folder of results.  [default: results]"),
 ]
 Limit = Annotated[int | None, typer.Option(min=1, help="Use only the first N.")]
-On = Annotated[
-    str | None,
-    typer.Option(
-        metavar="dask|ADDRESS",
-        help="Spread the work over processes: dask for this machine, or the address of a Dask "
-        "scheduler.",
-    ),
+Workers = Annotated[
+    int, typer.Option(min=1, help="Number of processes, each of which opens the model.")
 ]
-Workers = Annotated[int, typer.Option(min=1, help="Number of processes for --on dask.")]
 Anyway = Annotated[
     bool,
     typer.Option("--anyway", help="Continue even if code, prompts or a model have changed."),
@@ -76,8 +67,7 @@ def mcq(
     limit: Limit = None,
     layout: Layout = None,
     results: Folder = None,
-    on: On = None,
-    workers: Workers = 2,
+    workers: Workers = 1,
     anyway: Anyway = False,
     as_json: Json = False,
 ) -> None:
@@ -99,7 +89,7 @@ def mcq(
         (_model(model, generator, scorer, tokenizer, adapter),),
         mcq=(part,),
     )
-    _run(plan, data, results, on, workers, anyway, as_json)
+    _run(plan, data, results, workers, anyway, as_json)
 
 
 @bench.command()
@@ -138,8 +128,7 @@ def dialogues(
         bool, typer.Option(help="Also ask the model directly for the goal and its confidence.")
     ] = True,
     results: Folder = None,
-    on: On = None,
-    workers: Workers = 2,
+    workers: Workers = 1,
     anyway: Anyway = False,
     as_json: Json = False,
 ) -> None:
@@ -175,7 +164,7 @@ def dialogues(
         models=(_model(model, generator, scorer, tokenizer, adapter),),
         dialogues=(part,),
     )
-    _run(plan, data, results, on, workers, anyway, as_json)
+    _run(plan, data, results, workers, anyway, as_json)
 
 
 @experiment.command(name="run")
@@ -193,8 +182,7 @@ def run_experiment(
     ] = None,
     generator: Writer = None,
     results: Folder = None,
-    on: On = None,
-    workers: Workers = 2,
+    workers: Workers = 1,
     anyway: Anyway = False,
     as_json: Json = False,
 ) -> None:
@@ -207,14 +195,13 @@ def run_experiment(
     plan = read_experiment(file)
     if model or generator:
         plan = plan.with_models(tuple(_model(each, generator) for each in model or (None,)))
-    _run(plan, data, results, on, workers, anyway, as_json)
+    _run(plan, data, results, workers, anyway, as_json)
 
 
 def _run(
     plan: Experiment,
     data: Path | None,
     results: Path | None,
-    on: str | None,
     workers: int,
     anyway: bool,
     as_json: bool,
@@ -225,12 +212,6 @@ def _run(
     from goalscope.experiment.results import Results, sole
     from goalscope.experiment.run import check_packages, run
     from goalscope.experiment.tables import tables_of
-
-    if on not in (None, "dask") and not re.match(r"\w+://[^/]+:\d+$", on or ""):
-        raise InvalidInputError(
-            "--on must be dask or the address of a Dask scheduler, such as tcp://host:8786, "
-            f"not {on!r}."
-        )
 
     check_packages()
     specs = specs_of(plan, named_folder(data))
@@ -251,9 +232,7 @@ def _run(
     with sole(path), Results.open(path) as kept:
         try:
             with progress(plan.title or plan.name) as show:
-                for step in run(
-                    plan, specs, kept, on=on, workers=workers, anyway=anyway, command=command
-                ):
+                for step in run(plan, specs, kept, workers=workers, anyway=anyway, command=command):
                     done, total = step.done, step.total
                     show(done, total)
                     if step.cell is None:

@@ -28,7 +28,6 @@ from goalscope.experiment.summary import (
     average,
     chosen,
     count,
-    mean_of,
     rows_of,
     slug,
 )
@@ -166,12 +165,6 @@ NOTES = (
     f'"{OUTRIGHT}" names a goal and says how sure it is, at most {100 * MOST_SURE:g} %; the rest '
     "is spread evenly.",
 )
-MODEL_NOTES = (
-    "goalscope with each model, which has its own calibration. Difference: from the first model, "
-    "on the dialogues that both have met in the same words and with the same goals; Eq. 1: without "
-    "calibration, so that only the models differ.",
-    *NOTES[2:3],
-)
 
 
 def read_dialogues(cells: Iterable[Measured]) -> tuple[Sample, ...]:
@@ -256,56 +249,6 @@ def dialogue_table(sample: Sample) -> Table:
     title = f"Goals inferred from dialogues: {sample.title}, {number_of(sample)}"
     notes = (*sample.notes, *NOTES)
     return Table(f"dialogues-{sample.name}", title, rows_of(groups, COLUMNS), notes)
-
-
-def model_tables(samples: Iterable[Sample]) -> Iterator[Table]:
-    """A table for each task measured with more than one model.
-
-    Args:
-        samples: One per task and model; the others are compared with the first model.
-    """
-    tasks: dict[str, list[Sample]] = {}
-    for sample in samples:
-        tasks.setdefault(sample.records[0]["task"], []).append(sample)
-    for task, every in tasks.items():
-        if len(every) > 1:
-            rows = [
-                _compared(sample, None if sample is every[0] else every[0], turn)
-                for turn in (1, 2, 3, None)
-                for sample in every
-                if after_turn(sample, GOALSCOPE, turn)
-            ]
-            yield Table(f"models-{slug(task)}", f"Models compared: {task}", rows, MODEL_NOTES)
-
-
-def _compared(sample: Sample, first: Sample | None, turn: int | None) -> Row:
-    """The quality of a model's belief, and the differences from another model."""
-    own = after_turn(sample, GOALSCOPE, turn)
-    more, paper = ([*_differences(sample, first, by, turn)] for by in (GOALSCOPE, AS_IN_PAPER))
-    return {
-        "model": own[0]["model"],
-        "turn": _after(turn),
-        "n": len(own),
-        "top-1": mean_of(own, "top1", "percent"),
-        "top-1, difference": mean_of(more, "top1", "percent"),
-        "log-loss": mean_of(own, "log_loss"),
-        "log-loss, difference": mean_of(more, "log_loss"),
-        "Eq. 1: log-loss, difference": mean_of(paper, "log_loss"),
-        "open-set AUROC": area(own),
-    }
-
-
-def _differences(
-    sample: Sample, first: Sample | None, predictor: str, turn: int | None
-) -> Iterator[Record]:
-    """Differences of a predictor's figures from those with the first model, on the same cases."""
-    earlier = after_turn(first, predictor, turn) if first else ()
-    before = {each["case"]["id"]: each for each in earlier}
-    for each in after_turn(sample, predictor, turn):
-        other = before.get(each["case"]["id"])
-        if other and other["case"] == each["case"]:
-            gaps = {key: each[key] - other[key] for key in ("top1", "log_loss")}
-            yield {"group": each["group"], **gaps}
 
 
 def by_settings(

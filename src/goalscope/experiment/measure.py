@@ -204,8 +204,7 @@ def perform(task: Mapping[str, Any]) -> dict[str, Any]:
     if wrong:
         raise GoalscopeError(
             f"A worker has another {' and another '.join(wrong)} than the process that "
-            "planned the experiment. Install the same version of goalscope and the same "
-            "files on it."
+            "planned the experiment, so its files have changed since. Run the command again."
         )
     settings = {**spec, **spec.get("settings", {})}
     load_domain(settings.get("domain", SHOP))

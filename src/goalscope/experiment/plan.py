@@ -68,13 +68,7 @@ Probability = Annotated[float, Ge(0), Lt(1)]
 
 @dataclass(frozen=True, slots=True)
 class QuestionsPart:
-    """Multiple-choice questions (Sec. 4.1).
-
-    Attributes:
-        file: Path, or file in the data folder.
-        limit: Use only the first N.
-        layouts: Where the likelihood prompt states the goal.
-    """
+    """Multiple-choice questions (Sec. 4.1); `file` may be in the data folder."""
 
     file: str
     limit: Count | None = None
@@ -83,23 +77,11 @@ class QuestionsPart:
 
 @dataclass(frozen=True, slots=True)
 class DialoguesPart:
-    """Real dialogues.
+    """Real dialogues of the dataset `set`, or of a file of your own, `jsonl`.
 
-    Attributes:
-        set: Name of a dataset; alternatively
-        jsonl: path of your own file, or file in the data folder.
-        split: Of the dataset.
-        goal_sets: How wrong goals are drawn.
-        goals: Number of goals per dialogue.
-        seed: Seed for drawing goals.
-        limit: Use only the first N dialogues.
-        turns: Use only the first N turns of each dialogue.
-        layouts: Where the likelihood prompt states the goal.
-        outright: Whether to ask the model for the goal outright, too.
-        likelihood: A likelihood of your own in place of the role-play one (see `load_likelihood`).
-        change: The round (from 1) at which people change their mind (see `changes_of`), or None.
-            With a change, goals are random and the model is not asked outright.
-        models: As for the experiment; its own if there are none.
+    `change` is the round (from 1) at which people change their mind (see `changes_of`): goals are
+    then random, and the model is not asked outright. `likelihood` is one of your own (see
+    `load_likelihood`). Without `models`, those of the experiment are used.
     """
 
     set: str = ""
@@ -121,23 +103,9 @@ class DialoguesPart:
 class EpisodesPart:
     """Episodes with simulated people, in every combination (Sec. 4.2 and 4.3).
 
-    Attributes:
-        domain: Name of a domain, or a Python file (see `load_domain`).
-        profiles: Names, or "all".
-        people: TOML file of profiles; None for those of the domain.
-        methods: See `Agent`.
-        humans: How the profile's person is played.
-        layouts: Where the likelihood prompt states the goal.
-        calibrations: Names or files; by default that of `Agent`.
-        propose: See `Agent`; None for its default.
-        k: Number of goals to act on; see `Agent`.
-        likelihood: A likelihood of your own in place of the role-play one (see `load_likelihood`).
-        prompted: Toolkit that use the paper's prompts; "all" for all of them.
-        seeds: One run for each.
-        rounds: Maximum number of rounds.
-        catalogue: CSV file of the shop; None for the default one.
-        scene: Room of the house; None for the profile's.
-        models: As for the experiment; its own if there are none.
+    `domain` is a name or a Python file (see `load_domain`), `people` a TOML file of profiles, and
+    `likelihood` one of your own (see `load_likelihood`). What is None or empty is as the domain,
+    the experiment or `Agent` has it.
     """
 
     domain: str
@@ -165,11 +133,7 @@ P = TypeVar("P", DialoguesPart, EpisodesPart)
 class Judge:
     """The language-model evaluator of episodes (Sec. 5.1).
 
-    Attributes:
-        trials: Trials per run.
-        seed: Seed of the trials.
-        temperature: What it is sampled at; the paper has 0.
-        model: The evaluator; None for the model of the run.
+    The paper's temperature is 0. Without a model, the model of the run is asked.
     """
 
     trials: Count = 20
@@ -180,17 +144,9 @@ class Judge:
 
 @dataclass(frozen=True, slots=True)
 class Experiment:
-    """What to measure, and with which models.
+    """What to measure, and with which models (arguments of `open_model`).
 
-    Attributes:
-        name: Name of the file of results.
-        title: Title of tables and reports.
-        source: The section or figure of the paper that it reproduces, if any.
-        models: Arguments of `open_model` for each model.
-        mcq: Parts with multiple-choice questions.
-        dialogues: Parts.
-        episodes: Parts.
-        judge: The evaluator of the episodes, if there is one.
+    `source` is the section or figure of the paper that it reproduces, if any.
     """
 
     name: str

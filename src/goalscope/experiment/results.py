@@ -137,13 +137,7 @@ class Results(Store):
         found = [plan["command"] for plan in plans if keys & set(plan["keys"])]
         return [command for command in dict.fromkeys(found) if command]
 
-    def keep(
-        self,
-        key: str,
-        result: Mapping[str, Any],
-        identity: Mapping[str, str],
-        attempts: int = 1,
-    ) -> None:
+    def keep(self, key: str, result: Mapping[str, Any], identity: Mapping[str, str]) -> None:
         """Store the result of a cell, with its episode if there is one, in one transaction.
 
         A cell that has a result keeps it.
@@ -153,7 +147,6 @@ class Results(Store):
             result: The measurement. An `episode` in it, see `measure`, becomes an episode of this
                 store and is replaced by its id.
             identity: What it was measured with.
-            attempts: Number of attempts this time.
         """
         row = CELLS.c
         with self.writing() as connection:
@@ -166,14 +159,14 @@ class Results(Store):
                 "result": dumps(result),
                 "identity": dumps(identity),
                 "error": None,
-                "attempts": row.attempts + attempts,
+                "attempts": row.attempts + 1,
             }
             connection.execute(CELLS.update().where(row.key == key).values(values))
 
-    def fail(self, key: str, error: str, attempts: int = 1) -> None:
-        """Store why one or more attempts at a cell failed."""
+    def fail(self, key: str, error: str) -> None:
+        """Store why an attempt at a cell failed."""
         with self.writing() as connection:
-            values = {"error": error, "attempts": CELLS.c.attempts + attempts}
+            values = {"error": error, "attempts": CELLS.c.attempts + 1}
             connection.execute(CELLS.update().where(CELLS.c.key == key).values(values))
 
 

@@ -1,11 +1,15 @@
-"""Run the missing cells of an experiment, here or on a cluster, and store each result."""
+"""Run the missing cells of an experiment, in one or more processes, and store each result."""
 
 from __future__ import annotations
 
 import json
-from collections.abc import Generator, Iterator, Mapping, Sequence
+import os
+from collections.abc import Callable, Generator, Iterator, Mapping, Sequence
+from concurrent.futures import ProcessPoolExecutor, as_completed
+from concurrent.futures.process import BrokenProcessPool
 from contextlib import closing
 from dataclasses import dataclass, replace
+from multiprocessing import get_context
 from typing import Any
 
 from goalscope.base.optional_packages import package
@@ -52,8 +56,7 @@ def run(
     specs: Sequence[Mapping[str, Any]],
     results: Results,
     *,
-    on: str | None = None,
-    workers: int = 2,
+    workers: int = 1,
     anyway: bool = False,
     command: str = "",
 ) -> Iterator[Done]:
@@ -65,9 +68,7 @@ def run(
         experiment: What to measure.
         specs: The specs of its cells, from `specs_of`; the evaluator's are added later.
         results: Where results are stored.
-        on: None for this process, "dask" for worker processes of this machine, or the address of a
-            Dask scheduler, such as "tcp://host:8786".
-        workers: Number of processes for "dask".
+        workers: Number of processes; 1 is this one.
         anyway: Continue even if code, prompts or a model have changed since the first results.
         command: The command line, stored with the results.
 
@@ -76,7 +77,8 @@ def run(
 
     Raises:
         InvalidInputError: Code, prompts or a model have changed since the first results.
-        GoalscopeError: Too many cells failed in a row, or a package is missing.
+        GoalscopeError: Too many cells failed in a row, a worker process died, or a package is
+            missing.
     """
     check_packages()
     for evaluating in (False, True):
@@ -104,8 +106,9 @@ def run(
         ]
         missing.sort(key=lambda cell: cell.error is not None)  # what failed before comes last
         failures = 0
-        with closing(_measured(results, missing, on, workers)) as measured:
-            for cell, error in measured:
+        with closing(_outcomes(missing, workers)) as outcomes:
+            for cell, outcome in outcomes:
+                error = _keep(results, cell, outcome)
                 done += error is None
                 failures = failures + 1 if error and error != cell.error else 0
                 yield Done(cell, error, done, total)
@@ -116,43 +119,56 @@ def run(
                     )
 
 
-def _measured(
-    results: Results, cells: Sequence[Cell], on: str | None, workers: int
-) -> Generator[tuple[Cell, str | None]]:
-    """Run cells, and store their results or errors."""
-    if on is None:
-        for cell in cells:
-            try:
-                outcome: Any = measure(cell.spec)
-            except Exception as error:  # whatever it is, the other cells go on
-                outcome = error
-            yield cell, _kept(results, cell, outcome)
+Outcome = dict[str, Any] | GoalscopeError
+
+
+def _outcomes(cells: Sequence[Cell], workers: int) -> Generator[tuple[Cell, Outcome]]:
+    """The result or error of each cell, as they finish."""
+    if workers == 1:
+        yield from ((cell, _attempt(measure, cell.spec)) for cell in cells)
         return
-    from goalscope.experiment.cluster import on_cluster
-
-    by_key = {cell.key: cell for cell in cells}
-    tasks = [
-        (cell.key, {"spec": cell.spec, "identity": identity_of(cell.spec["model"])})
+    threads = max(1, (os.cpu_count() or 1) // workers)
+    pool = ProcessPoolExecutor(workers, get_context("spawn"), _limit_threads, (threads,))
+    futures = {
+        pool.submit(
+            _attempt, perform, {"spec": cell.spec, "identity": identity_of(cell.spec["model"])}
+        ): cell
         for cell in cells
-    ]
-    address = None if on == "dask" else on
-    with closing(on_cluster(tasks, perform, address=address, workers=workers)) as outcomes:
-        for key, outcome, attempts in outcomes:
-            yield by_key[key], _kept(results, by_key[key], outcome, attempts)
+    }
+    try:
+        for future in as_completed(futures):
+            yield futures[future], future.result()
+    except BrokenProcessPool:
+        raise GoalscopeError(
+            "A worker process died. Is there enough memory for --workers models? Results so "
+            "far are saved; run the same command again to continue."
+        ) from None
+    finally:
+        pool.shutdown(cancel_futures=True)
 
 
-def _kept(results: Results, cell: Cell, outcome: Any, attempts: int = 1) -> str | None:
+def _limit_threads(number: int) -> None:
+    os.environ.setdefault("OMP_NUM_THREADS", str(number))
+
+
+def _attempt(work: Callable[[Any], dict[str, Any]], task: object) -> Outcome:
+    """The result of the work; whatever its error is, the other cells go on."""
+    try:
+        return work(task)
+    except GoalscopeError as error:
+        return GoalscopeError(str(error))
+    except Exception as error:
+        return GoalscopeError(OWN.failure_in(error) or f"{type(error).__name__}: {error}")
+
+
+def _keep(results: Results, cell: Cell, outcome: Outcome) -> str | None:
     """Store a result, or the error in its place, and return the error."""
-    if not isinstance(outcome, Exception):
-        try:
-            dumps(outcome)
-        except GoalscopeError as unfit:
-            outcome = unfit
-        else:
-            results.keep(cell.key, outcome, identity_of(cell.spec["model"]), attempts)
-            return None
-    error = str(outcome)
-    if not isinstance(outcome, GoalscopeError):
-        error = OWN.failure_in(outcome) or f"{type(outcome).__name__}: {error}"
-    results.fail(cell.key, error, attempts)
-    return error
+    try:
+        if isinstance(outcome, GoalscopeError):
+            raise outcome
+        dumps(outcome)
+    except GoalscopeError as error:
+        results.fail(cell.key, str(error))
+        return str(error)
+    results.keep(cell.key, outcome, identity_of(cell.spec["model"]))
+    return None

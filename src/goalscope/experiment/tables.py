@@ -20,7 +20,6 @@ from goalscope.experiment.dialogues import (
     among_goals,
     by_settings,
     dialogue_table,
-    model_tables,
     read_dialogues,
 )
 from goalscope.experiment.episodes import episode_tables, read_episodes
@@ -246,11 +245,9 @@ def tables_of(cells: Sequence[Cell]) -> list[Table]:
     """The tables of the cells with results."""
     done = [cell for cell in cells if cell.result is not None]
     measured = [(cell.spec, cell.result or {}) for cell in done]
-    dialogues = read_dialogues(measured)
     tables = [
         *question_tables(measured),
-        *model_tables(dialogues),
-        *map(dialogue_table, dialogues),
+        *map(dialogue_table, read_dialogues(measured)),
         *map(change_table, read_changes(measured)),
         *(table for sample in read_episodes(done) for table in episode_tables(sample)),
     ]

@@ -6,10 +6,9 @@ import re
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
-from goalscope.experiment.beliefs import EQ1, TURN
-from goalscope.experiment.dialogues import GOALSCOPE, SIMILARITIES
+from goalscope.experiment.dialogues import AS_IN_PAPER, GOALSCOPE, SIMILARITIES
 from goalscope.experiment.episodes import METHODS
-from goalscope.experiment.summary import Entry, Row, Table, few_notes, without_shared
+from goalscope.experiment.summary import Row, Table, few_notes, without_shared
 from goalscope.report.sections import Section
 
 PROMPTS = ("question", "question and choices", None)
@@ -36,21 +35,22 @@ class _Kind:
     rows: Callable[[Sequence[Row]], Sequence[Row]] = lambda rows: rows
 
 
+def _last(rows: Sequence[Row]) -> list[Row]:
+    return [row for row in rows if row["turn"] == rows[-1]["turn"]]
+
+
 def _one_belief(rows: Sequence[Row]) -> list[Row]:
-    """The rows of goalscope's belief, with the log-loss of the paper's, which comes before it."""
-    shown: list[Row] = []
-    paper: Entry = None
-    for row in rows:
-        if row["belief"] == EQ1:
-            paper = row["log-loss"]
-        elif row["belief"] == GOALSCOPE:
-            shown.append({**row, f"{EQ1}: log-loss": paper})
-    return shown
+    """Goalscope's belief after the last turn, with the log-loss of the paper's."""
+    by_predictor = {row["predictor"]: row for row in _last(rows)}
+    if GOALSCOPE not in by_predictor:
+        return []
+    paper = by_predictor[AS_IN_PAPER]["log-loss"]
+    return [{**by_predictor[GOALSCOPE], "Eq. 1: log-loss": paper}]
 
 
 def _similarities(rows: Sequence[Row]) -> list[Row]:
     """One row with what the simpler predictors reach after the last turn."""
-    last = [row for row in rows if row["turn"] == rows[-1]["turn"]]
+    last = _last(rows)
     entries = {
         f"{row['predictor']}: {key}": row[key]
         for row in last
@@ -73,15 +73,11 @@ KINDS = (
     _Kind(
         "beliefs",
         "Beliefs about what people wanted",
-        "beliefs",
-        (
-            *("dialogues", "model", "n", "top-1", "log-loss", f"{EQ1}: log-loss", "ECE"),
-            f"AUROC by turn {TURN}",
-        ),
+        "dialogues-.*",
+        ("of", "n", "top-1", "log-loss", "Eq. 1: log-loss", "ECE", "AUROC"),
         "Top-1, log-loss (nats) and calibration error (ECE) after the last turn, among the goals "
-        f"alone: Unspecified may lead all the same. {EQ1}: the paper's belief. AUROC: how well "
-        "Unspecified signals that the true goal is not among the goals. Where n differs, the page "
-        "of a part compares models on the same dialogues.",
+        "alone: Unspecified may lead all the same. Eq. 1: the paper's belief. AUROC: how well "
+        "Unspecified signals that the true goal is not among the goals.",
         _one_belief,
     ),
     _Kind(

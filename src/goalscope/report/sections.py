@@ -5,13 +5,12 @@ from __future__ import annotations
 import json
 from collections import Counter
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from pathlib import Path
 from typing import cast
 
 from goalscope.base.text import model_shown
 from goalscope.base.types import GoalscopeError, InvalidInputError, pluralize
-from goalscope.experiment.beliefs import belief_table
 from goalscope.experiment.episodes import DEFAULTS
 from goalscope.experiment.results import Cell, Results
 from goalscope.experiment.summary import Row, Table, percent, slug
@@ -76,13 +75,11 @@ def sections_of(source: Path, *, draw: bool = True) -> tuple[list[Section], list
         )
     sections: list[Section] = []
     skipped: list[str] = []
-    dialogues: list[Cell] = []
     taken = {"summary"}
     for file in sorted(source.glob("*.db")) if source.is_dir() else [source]:
         try:
             with Results.in_memory(file) as results:
                 section = _section(results, file.stem, taken, draw)
-                asked = results.asked_for()
         except GoalscopeError as error:
             if not source.is_dir():
                 raise
@@ -91,19 +88,12 @@ def sections_of(source: Path, *, draw: bool = True) -> tuple[list[Section], list
             skipped.append(f"{file} has cells of an unknown form: {error!r}.")
         else:
             sections += [section] if section else []
-            dialogues += [cell for cell in asked if cell.spec.get("kind") == "dialogue"]
     if not sections:
         why = f" {skipped[0]}" if skipped else ""
         raise InvalidInputError(
             f"{source} has no results.{why} Make some with `goalscope experiment run` or "
             "`goalscope bench`."
         )
-    beliefs = belief_table((cell.spec, cell.result) for cell in dialogues if cell.result)
-    if beliefs.rows:
-        title = "Beliefs before and after, in all parts with dialogues"
-        command = f"goalscope report {source.name}"
-        name = unique("beliefs", taken)
-        sections.insert(0, _measured(Section(name, title, [beliefs], (), [command]), dialogues))
     return sections, skipped
 
 
@@ -121,29 +111,19 @@ def _section(results: Results, stem: str, taken: set[str], draw: bool) -> Sectio
             else None
         )
     source = about.get("source")
-    section = Section(
-        unique(slug(name), taken),
-        str(about.get("title") or name),
-        [*tables_of(cells), *studies],
-        tuple(figures_of(cells)) if draw else (),
-        results.commands(cells),
-        [f"source in the paper: {source}"] if source else [],
-    )
-    return _measured(section, cells)
-
-
-def _measured(section: Section, cells: Sequence[Cell]) -> Section:
-    """The section, with what is known about the cells that it is computed from."""
     done = [cell for cell in cells if cell.result is not None]
     codes = dict.fromkeys((cell.identity or {}).get("code", "") for cell in done)
-    return replace(
-        section,
-        tables=[_progress(cells), *section.tables],
-        facts=[*section.facts, *_facts(done)],
-        warnings=[*_warnings(cells)],
-        codes=[*filter(None, codes)],
-        done=len(done),
-        planned=len(cells),
+    return Section(
+        unique(slug(name), taken),
+        str(about.get("title") or name),
+        [_progress(cells), *tables_of(cells), *studies],
+        tuple(figures_of(cells)) if draw else (),
+        results.commands(cells),
+        [*([f"source in the paper: {source}"] if source else []), *_facts(done)],
+        [*_warnings(cells)],
+        [*filter(None, codes)],
+        len(done),
+        len(cells),
     )
 
 
