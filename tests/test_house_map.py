@@ -2,17 +2,13 @@
 
 import copy
 import math
-import os
 import xml.etree.ElementTree as ET
-from pathlib import Path
 from typing import Any
 
 import pytest
 
 from goalscope.envs.house.room_map import MOST, RADIUS, RoomMap
 from goalscope.envs.house.simulator.object_types import new_object, object_type, object_types
-from goalscope.envs.house.simulator.scenes import read_scene
-from goalscope.envs.house.simulator.world import House
 from houses import do, house
 
 SVG = "{http://www.w3.org/2000/svg}"
@@ -174,12 +170,3 @@ def test_no_number_covers_another_in_a_crowd() -> None:
     kinds = [kind for kind in object_types() if kind not in ("Floor", "StoveKnob")][:60]
     metadata["objects"] += [thing(kind, 0.0, 0.0, 0.05) for kind in kinds]
     assert_numbers_apart(metadata, 340)
-
-
-@pytest.mark.parametrize("number", [1, 201, 301, 401])
-def test_real_rooms_are_drawn(number: int) -> None:
-    data = os.environ.get("GOALSCOPE_DATA")
-    if not data:
-        pytest.skip("GOALSCOPE_DATA is not set: there are no real scenes to draw")
-    path = Path(data) / "thor" / "scenes" / f"FloorPlan{number}_physics.json.gz"
-    assert_numbers_apart(House(read_scene(path)).metadata(), 560)

@@ -87,14 +87,6 @@ def test_metadata_becomes_a_scene() -> None:
     ]
 
 
-def test_objects_by_id_are_a_scene_too() -> None:
-    table = {each["objectId"]: each for each in metadata()["objects"]}
-    scene = scene_from_metadata(table, label="room", name="Mine")
-    assert (scene.name, scene.agent) == ("Mine", None)
-    assert [each["objectId"] for each in scene.objects] == list(table)
-    assert State(scene).agent["position"]["y"] == pytest.approx(0.9)
-
-
 def test_what_the_house_prints_is_a_scene_with_the_same_facts() -> None:
     before = House(read(metadata())).metadata()
     after = House(read(json.loads(json.dumps(before)))).metadata()
@@ -267,15 +259,6 @@ def test_a_broken_file_is_refused_by_its_name(name: str, data: bytes, tmp_path: 
     (tmp_path / name).write_bytes(data)
     with pytest.raises(InvalidInputError, match=rf"[Tt]he scene {name}(:| is not valid)"):
         read_scene(tmp_path / name)
-
-
-@pytest.mark.parametrize("depth", [200, 990])
-def test_deep_nesting_is_refused(depth: int, tmp_path: Path) -> None:
-    path = tmp_path / "deep.json"
-    text = json.dumps(metadata(position="HERE"))
-    path.write_text(text.replace('"HERE"', "[" * depth + "]" * depth))
-    with pytest.raises(InvalidInputError, match=r"deep\.json"):
-        read_scene(path)
 
 
 def test_a_packed_file_that_swells_is_refused_before_it_is_unpacked(

@@ -241,11 +241,6 @@ def test_from_an_interactable_pose_the_object_is_seen() -> None:
         assert thing(home, "Toaster")["visible"]
 
 
-def test_what_is_gone_can_be_seen_from_nowhere() -> None:
-    home = do(house(), "SliceObject Apple")
-    assert run(home, "GetInteractablePoses Apple")["actionReturn"] == []
-
-
 def things(controller: HouseController) -> dict[str, dict[str, Any]]:
     return {each["objectId"]: each for each in controller.last_event.metadata["objects"]}
 

@@ -10,7 +10,7 @@ from goalscope.base.nouns import contains, head_words, singular, singulars, word
 from goalscope.envs import Pick
 from goalscope.envs.house.simulator.object_types import STATES as AFFORDANCES
 from goalscope.envs.house.simulator.state import is_whole
-from goalscope.envs.house.view import ENDED, STATES, View, are, called, readable, the
+from goalscope.envs.house.view import ENDED, STATES, View, are, called, the
 from goalscope.language.dialogue_state import DialogueState
 from goalscope.language.orders import Order
 
@@ -179,13 +179,6 @@ def _fact(view: View, own: str) -> str:
 
 def _listed(parts: list[str]) -> str:
     return " and ".join(filter(None, (", ".join(parts[:-1]), *parts[-1:])))
-
-
-def kinds_in(view: View, text: str) -> set[str]:
-    """Readable names of the kinds of things here that a text names."""
-    said = singulars(text)
-    named = (kinds for name, kinds in _kinds(view).items() if contains(said, singulars(name)))
-    return {readable(kind) for kinds in named for kind in kinds}
 
 
 def remains(view: View, things: Sequence[str]) -> list[str]:

@@ -54,14 +54,23 @@ _FLOOR_THROUGH = frozenset({"Box", "Drawer", "DogBed", "GarbageCan", "Safe", "Sh
 _NEVER_FLOOR = frozenset({"Cabinet", "Fridge", "Sink", "Bathtub", "Toilet"})
 
 
+_NO_VESSEL = "{} does not have CanBeFilled property!"
+
+
+def _able(state: State, own: str, force: bool, flag: str, lacking: str) -> dict[str, Any]:
+    """The object, which must have an affordance; {} in the message is its id."""
+    thing = state.target(own, force=force)
+    if not thing[flag]:
+        raise Failure(lacking.format(own))
+    return thing
+
+
 def _open_object(
     state: State, objectId: str, openness: float = 1.0, forceAction: bool = False
 ) -> None:
     if not 0 <= number(openness, "openness") <= 1:
         raise Failure("Please give an open percentage between 0.0f and 1.0f")
-    thing = state.target(objectId, force=forceAction)
-    if not thing["openable"]:
-        raise Failure(f"{objectId} is not an Openable object")
+    thing = _able(state, objectId, forceAction, "openable", "{} is not an Openable object")
     if thing["objectType"] == "Microwave" and thing["isToggled"]:
         raise Failure("Target must be OFF to open!")
     if thing["isOpen"] and thing["openness"] == openness:
@@ -70,9 +79,7 @@ def _open_object(
 
 
 def _close_object(state: State, objectId: str, forceAction: bool = False) -> None:
-    thing = state.target(objectId, force=forceAction)
-    if not thing["openable"]:
-        raise Failure(f"{objectId} is not an Openable object")
+    thing = _able(state, objectId, forceAction, "openable", "{} is not an Openable object")
     if not thing["isOpen"]:
         raise Failure("object already closed")
     thing["isOpen"], thing["openness"] = False, 0.0
@@ -135,9 +142,8 @@ def _drop_hand_object(state: State, forceAction: bool = False) -> dict[str, floa
 
 
 def _slice_object(state: State, objectId: str, forceAction: bool = False) -> None:
-    thing = state.target(objectId, force=forceAction)
-    if not thing["sliceable"]:
-        raise Failure(f"{objectId} Does not have the CanBeSliced property!")
+    lacking = "{} Does not have the CanBeSliced property!"
+    thing = _able(state, objectId, forceAction, "sliceable", lacking)
     if objectId == state.held:
         raise Failure("target object cannot be sliced if it is in the agent's hand")
     thing["isSliced"] = True
@@ -165,9 +171,7 @@ def _break_object(state: State, objectId: str, forceAction: bool = False) -> Non
 
 
 def _fill_object(state: State, objectId: str, fillLiquid: str, forceAction: bool = False) -> None:
-    thing = state.target(objectId, force=forceAction)
-    if not thing["canFillWithLiquid"]:
-        raise Failure(f"{objectId} does not have CanBeFilled property!")
+    thing = _able(state, objectId, forceAction, "canFillWithLiquid", _NO_VESSEL)
     if fillLiquid not in LIQUIDS:
         raise Failure(f"{fillLiquid} is not a valid Liquid Type")
     kind = thing["objectType"]
@@ -183,9 +187,7 @@ def _fill_object(state: State, objectId: str, fillLiquid: str, forceAction: bool
 
 
 def _empty_object(state: State, objectId: str, forceAction: bool = False) -> None:
-    thing = state.target(objectId, force=forceAction)
-    if not thing["canFillWithLiquid"]:
-        raise Failure(f"{objectId} does not have CanBeFilled property!")
+    thing = _able(state, objectId, forceAction, "canFillWithLiquid", _NO_VESSEL)
     if not thing["isFilledWithLiquid"]:
         raise Failure("object already empty")
     thing["isFilledWithLiquid"], thing["fillLiquid"] = False, None
@@ -195,9 +197,7 @@ def _setting(flag: str, key: str, value: bool, lacking: str, already: str) -> Ca
     """An act that sets one state of an object that has the flag; {} in messages is its id."""
 
     def act(state: State, objectId: str, forceAction: bool = False) -> None:
-        thing = state.target(objectId, force=forceAction)
-        if not thing[flag]:
-            raise Failure(lacking.format(objectId))
+        thing = _able(state, objectId, forceAction, flag, lacking)
         if thing[key] == value:
             raise Failure(already.format(objectId))
         thing[key] = value

@@ -150,7 +150,7 @@ def unfit_state(name: str, types: Iterable[str]) -> str:
     return ""
 
 
-_NAMES = {
+_PIECES = {
     "Apple": "AppleSliced",
     "Bread": "BreadSliced",
     "Egg": "EggCracked",
@@ -211,15 +211,10 @@ def new_floor(width: float, depth: float) -> dict[str, Any]:
     return floor
 
 
-def pieces(kind: str) -> str:
-    """The type of what is there once a thing of this type is sliced or cracked; "" without one."""
-    return _NAMES.get(kind, "")
-
-
 def slices_of(thing: Mapping[str, Any]) -> list[dict[str, Any]]:
     """Metadata of the pieces; the first one of a loaf is its end, a Bread."""
     kind = thing["objectType"]
-    if kind not in _NAMES:
+    if kind not in _PIECES:
         return []
     digits = re.search(r"_(\d{1,4})$", thing["assetId"])
     asset = int(digits[1]) if digits else -1
@@ -228,7 +223,7 @@ def slices_of(thing: Mapping[str, Any]) -> list[dict[str, Any]]:
     width = max((0, 2), key=lambda axis: box_of(thing).size[axis])
     pieces: list[dict[str, Any]] = []
     for number in range(count):
-        name = "Bread" if kind == "Bread" and number == 0 else _NAMES[kind]
+        name = "Bread" if kind == "Bread" and number == 0 else _PIECES[kind]
         position = list(vec(thing["position"]))
         position[width] += box_of(thing).size[width] * ((number + 0.5) / count - 0.5)
         own = f"{thing['objectId']}|{name}_{number}"

@@ -21,8 +21,10 @@ from goalscope.base.text import without_invisible
 from goalscope.base.types import InvalidInputError
 from goalscope.base.user_dirs import user_data
 from goalscope.envs.house.simulator.object_types import (
+    FLAGS,
     LIQUIDS,
     SINGLE,
+    STATES,
     GivenStates,
     ObjectType,
     new_floor,
@@ -51,12 +53,7 @@ MOST_TEXT = 200
 MOST_SIZE = 100.0
 """Longest side of an object, in m."""
 
-_FLAGS = (
-    "receptacle", "toggleable", "isToggled", "breakable", "isBroken", "canFillWithLiquid",
-    "isFilledWithLiquid", "dirtyable", "isDirty", "canBeUsedUp", "isUsedUp", "cookable",
-    "isCooked", "isHeatSource", "isColdSource", "sliceable", "isSliced", "openable", "isOpen",
-    "pickupable", "isPickedUp", "moveable",
-)  # fmt: skip
+_FLAGS = (*FLAGS, *(state for state in STATES if state.startswith("is")))
 
 
 def _harmless(text: str) -> str:
