@@ -173,8 +173,7 @@ class Proactive(Environment):
     def actions(self, name: str, dialogue: DialogueState) -> list[Action]:
         """Actions that may be guessed for things of a generic name, best first.
 
-        Excludes what the person ruled out. Actions that cannot be undone have
-        `Action.irreversible` set, and are never guessed.
+        Excludes what the person ruled out.
         """
         raise NotImplementedError
 
@@ -203,6 +202,13 @@ class Proactive(Environment):
         """The action in words."""
         return str(action)
 
+    def lasting(self, action: Action) -> bool:
+        """Whether an action cannot be undone now, even one that does not say so itself.
+
+        The agent asks before such an action, and never guesses one.
+        """
+        return False
+
 
 def missing(env: Environment) -> list[str]:
     """The members without a default that an environment lacks."""
@@ -217,9 +223,14 @@ def missing(env: Environment) -> list[str]:
 
 
 def is_irreversible(env: Environment, action: Action) -> bool:
-    """Whether an action cannot be undone, as it says itself or the verb of its name declares."""
+    """Whether an action cannot be undone now, whoever made it.
+
+    It is enough that the action says so, that the verb of its name declares it, or that a
+    `Proactive` environment knows it.
+    """
     declared = (verb.name for verb in env.verbs if verb.irreversible)
-    return action.irreversible or action.name in declared
+    known = isinstance(env, Proactive) and env.lasting(action)
+    return action.irreversible or action.name in declared or known
 
 
 def completion_phrase(env: Environment) -> str:

@@ -263,6 +263,10 @@ class GroceryShop(Proactive):
                     f"There is no action {action.name!r}; there are {', '.join(NAMES)}.",
                 )
 
+    def lasting(self, action: Action) -> bool:
+        """Whether the action is the purchase."""
+        return action.name == "buy basket"
+
     def checks_met(self, profile: Profile) -> Checks:
         """The score of the basket; an empty basket meets no check.
 

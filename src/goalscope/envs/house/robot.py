@@ -5,8 +5,7 @@ from __future__ import annotations
 import hashlib
 import json
 import math
-from collections.abc import Iterable, Sequence
-from dataclasses import replace
+from collections.abc import Sequence
 from types import TracebackType
 from typing import Any
 
@@ -173,13 +172,10 @@ class HomeRobot(Proactive):
     def resolve(self, order: Order, dialogue: DialogueState, pick: Pick) -> Resolution:
         """See `Environment.resolve`; limits need no action, because they bind later ones."""
         if order.do == "undo":
-            found = self._undo(dialogue)
-        else:
-            view, done = self._view, [action for action, _ in self._done]
-            finder, untouched = Finder(view, pick), bound(view, dialogue)
-            resolver = Resolver(view, self._start, finder, done, untouched, dialogue.asked)
-            found = resolver.resolve(order)
-        return replace(found, actions=tuple(self._marked(found.actions)))
+            return self._undo(dialogue)
+        view, done = self._view, [action for action, _ in self._done]
+        finder, untouched = Finder(view, pick), bound(view, dialogue)
+        return Resolver(view, self._start, finder, done, untouched, dialogue.asked).resolve(order)
 
     def lasting(self, action: Action) -> bool:
         """Whether the action slices, breaks, uses up or cooks something.
@@ -187,13 +183,6 @@ class HomeRobot(Proactive):
         What is put on a lit burner, or in a microwave that is then turned on, is cooked, too.
         """
         return action.name in IRREVERSIBLE or bool(cooks(self._view, action))
-
-    def _marked(self, actions: Iterable[Action]) -> list[Action]:
-        """The actions; those that nobody can undo say so."""
-        return [
-            replace(action, irreversible=True) if self.lasting(action) else action
-            for action in actions
-        ]
 
     def offers(self, text: str, limit: int) -> list[str]:
         """Generic names such as "egg" of what can be moved or switched here, nearest first."""
@@ -214,14 +203,14 @@ class HomeRobot(Proactive):
         """
         view, untouched = self._view, bound(self._view, dialogue)
         taken = untouched | asked_about(view, dialogue)
-        return self._marked(
+        return [
             action
             for own, thing in view.table.items()
             if name in (view.names[own], readable(thing["objectType"])) and is_whole(thing)
             if own not in taken
             for action in possible(view, own)
             if view.id(action.destination) not in untouched
-        )
+        ]
 
     def phrase(self, action: Action) -> str:
         """The action in words, with generic names: "put the egg in the fridge"."""
