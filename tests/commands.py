@@ -9,17 +9,14 @@ from __future__ import annotations
 import json
 import os
 import sys
-from collections.abc import Callable, Mapping
-from functools import cache
+from collections.abc import Mapping
 from pathlib import Path
-from typing import Any
 from unittest.mock import patch
 
 from click.testing import Result
 from typer.testing import CliRunner
 
 from goalscope.cli.main import app
-from goalscope.models.llama import model as llama
 
 PROFILES = """
 [[profile]]
@@ -38,7 +35,6 @@ ROW = {
     "goals": ["bake a chocolate cake", "wash the car"],
     "ignored": 1,
 }
-_LlamaCpp: Callable[..., llama.LlamaCpp] = llama.LlamaCpp
 
 
 def run(*args: object, input: str = "", env: Mapping[str, str] | None = None) -> Result:
@@ -47,7 +43,6 @@ def run(*args: object, input: str = "", env: Mapping[str, str] | None = None) ->
     with (
         patch.object(sys, "argv", ["goalscope", *words]),
         patch.dict(os.environ, env or {}),
-        patch.object(llama, "LlamaCpp", _opened),
     ):
         return CliRunner().invoke(app, words, input=input, catch_exceptions=False)
 
@@ -67,19 +62,3 @@ def rows_file(tmp_path: Path, *rows: object) -> Path:
     file = tmp_path / "rows.jsonl"
     file.write_text("".join((r if isinstance(r, str) else json.dumps(r)) + "\n" for r in rows))
     return file
-
-
-@cache
-def _embedded(adapter: Path | None) -> llama.LlamaCpp:
-    """The embedded model, which is opened once for all commands of this process."""
-    opened = _LlamaCpp(adapter=adapter)
-    opened.close = lambda: None
-    return opened
-
-
-def _opened(path: str | Path | None = None, *, adapter: Any = None, **more: Any) -> llama.LlamaCpp:
-    if path is not None:
-        return _LlamaCpp(path, adapter=adapter, **more)
-    model = _embedded(adapter)
-    model.clear_cache()
-    return model

@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 import pytest
 
+from commands import run
 from goalscope.base.types import Message, ModelError
 from goalscope.belief.likelihood import RolePlay
 from goalscope.models import opening
@@ -27,7 +28,6 @@ from goalscope.models.llama.trie import Trie
 from goalscope.models.llama.weights import KVCache, Weights
 from goalscope.models.opening import open_model
 from goalscope.models.torch.model import Transformers
-from test_cli import invoke
 from test_model_contract import CONTEXTS, REPLIES, sums
 from test_transformers import ARCHITECTURES as KINDS
 from test_transformers import SMALL, tiny
@@ -310,11 +310,11 @@ def test_the_command_line_shows_it(
     monkeypatch.setenv("GOALSCOPE_STORE", str(tmp_path / "episodes.db"))
     monkeypatch.chdir(mine.parent)
     shown = [str(mine / "adapter.gguf"), "general.name: Mine", "goalscope.data: 10 dialogues"]
-    report = json.loads(invoke("doctor", "--adapter", "mine", "--json").stdout)
+    report = json.loads(run("doctor", "--adapter", "mine", "--json").stdout)
     assert report["adapter"] == shown, report["problems"]
-    told = invoke("models", "check", "--adapter", "mine").stdout.splitlines()
+    told = run("models", "check", "--adapter", "mine").stdout.splitlines()
     assert [line[36:] for line in told if line[36:] in shown] == shown
-    told = invoke("models", "check", "--adapter", "none").stdout.splitlines()
+    told = run("models", "check", "--adapter", "none").stdout.splitlines()
     assert [line.split() for line in told if line.startswith("adapter")] == [["adapter", "none"]]
-    failed = invoke("models", "check", "--adapter", "yours")
+    failed = run("models", "check", "--adapter", "yours")
     assert "There is no adapter at" in failed.stderr

@@ -4,6 +4,7 @@ from pathlib import Path
 
 import pytest
 
+from commands import fails, run
 from goalscope import Agent, GoalscopeError
 from goalscope.agent.guards import CONFIRM
 from goalscope.agent.people import AGREES, DECLINES, consents
@@ -12,7 +13,6 @@ from goalscope.base.types import Action
 from goalscope.envs import Resolution
 from goalscope.envs.check import check_env
 from goalscope.envs.registry import load_domain, open_environment, profiles_of
-from test_cli import fails, invoke
 from test_run import NamedModel
 
 EXAMPLES = Path(__file__).parents[1] / "examples"
@@ -126,7 +126,7 @@ def test_an_error_of_a_domain_is_one_line_that_names_its_place(tmp_path: Path) -
     settings = planted(tmp_path, "        may = {", "        action.name[99]\n        may = {")
     store = tmp_path / "episodes.db"
     options = ("--profile", "kitchen", "--method", "no-goals", "--store", store)
-    failed = invoke("run", settings.domain, *options)
+    failed = run("run", settings.domain, *options)
     assert failed.exit_code == 1
     line = " ".join(failed.stderr.split())
     assert "Traceback" not in line

@@ -9,6 +9,7 @@ from types import SimpleNamespace
 
 import pytest
 
+from commands import fails, run
 from goalscope import models
 from goalscope.belief.calibration import (
     SHIPPED,
@@ -23,7 +24,6 @@ from goalscope.experiment import measure as measuring
 from goalscope.experiment.results import Results
 from goalscope.storage.store import Store
 from test_calibrating import some
-from test_cli import fails, invoke
 
 pytest.importorskip("scipy.optimize")
 
@@ -68,7 +68,7 @@ def fill(name, *rows):
 
 def calibrated(*args):
     """What the command says, which must succeed."""
-    result = invoke("calibrate", *args, "--json")
+    result = run("calibrate", *args, "--json")
     assert result.exit_code == 0, result.output
     return json.loads(result.stdout)
 
@@ -112,7 +112,7 @@ def test_what_is_better_than_what_was_fitted_is_told(data):
     losses = {name: row["log_loss"] for name, row in told["quality"].items()}
     best = min(losses, key=lambda name: losses[name])
     assert told["better"] == best != "held out"
-    shown = " ".join(invoke("calibrate", "r.db", "--out", "mine.json").stdout.split())
+    shown = " ".join(run("calibrate", "r.db", "--out", "mine.json").stdout.split())
     assert (
         f'By log-loss, "{best}" ({losses[best]:.3f}) is better than the calibration fitted' in shown
     )
@@ -121,7 +121,7 @@ def test_what_is_better_than_what_was_fitted_is_told(data):
 
 def test_without_out_or_save_it_is_shown_and_nothing_is_written(data):
     fill("r.db", *cells(12), *cells(6, 1, set="[/b]"))
-    shown = invoke("calibrate", "r.db")
+    shown = run("calibrate", "r.db")
     assert shown.exit_code == 0, shown.output
     made = calibration_from_json(calibrated("r.db")["calibration"])
     text = " ".join(shown.stdout.split())
@@ -175,7 +175,7 @@ def test_what_cannot_be_used_is_said_in_one_line(data, tmp_path):
 
 def test_with_out_it_is_written_there_only_of_as_few_as_three_people(data):
     fill("r.db", *((spec, sure(spec, result)) for spec, result in cells(3, goals=3)))
-    made = invoke("calibrate", "r.db", "--out", "new/mine.json", "--json")
+    made = run("calibrate", "r.db", "--out", "new/mine.json", "--json")
     assert made.exit_code == 0, made.output
     told = json.loads(made.stdout)
     found = calibration_named("new/mine.json")
@@ -197,7 +197,7 @@ def test_of_few_people_nothing_becomes_the_models_own(data):
     assert "small, goal-last has dialogues of 49 people, and --save needs 50" in said
     assert not data.exists()
     fill("enough.db", *cells(50))
-    assert invoke("calibrate", "enough.db", "--save").exit_code == 0
+    assert run("calibrate", "enough.db", "--save").exit_code == 0
     assert known_calibration(SCORER, "goal-last")[1] == YOURS
 
 
@@ -211,16 +211,16 @@ def test_reset_brings_back_what_was_used_before(data, monkeypatch):
     fill("one.db", *cells(50, model={}))
     fill("two.db", *cells(50, 1))
     for file, own in (("one.db", [OWN]), ("one.db", [OWN]), ("two.db", [])):
-        result = invoke("calibrate", file, "--save")
+        result = run("calibrate", file, "--save")
         assert result.exit_code == 0, result.output
         assert re.findall(rf"{OWN}(?= +\d)", result.stdout) == own
     assert "no calibration for 'large'" in fails(2, "calibrate", "--reset", "--only", "large")
-    gone = invoke("calibrate", "--reset", "--only", "small, goal-last").stdout
+    gone = run("calibrate", "--reset", "--only", "small, goal-last").stdout
     assert gone.startswith("Deleted: small, goal-last. ")
     assert known_calibration(SCORER, "goal-last")[1] != YOURS
     assert known_calibration(shipped, "goal-last")[1] == YOURS
     calibration_file(SCORER, "goal-last").write_text("[" * 9)
-    assert len(json.loads(invoke("calibrate", "--reset", "--json").stdout)["reset"]) == 2
+    assert len(json.loads(run("calibrate", "--reset", "--json").stdout)["reset"]) == 2
     assert known_calibration(shipped, "goal-last") == before
-    assert "no calibration of your own" in invoke("calibrate", "--reset").stdout
+    assert "no calibration of your own" in run("calibrate", "--reset").stdout
     assert "--reset" in fails(2, "calibrate", "--reset", "two.db")

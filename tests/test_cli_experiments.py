@@ -7,13 +7,13 @@ import sys
 
 import pytest
 
+from commands import fails, run
 from goalscope.base.stats import Interval
 from goalscope.base.types import ModelError
 from goalscope.cli.tables import show_tables
 from goalscope.experiment import measure as measuring
 from goalscope.experiment.results import Results, sole
 from goalscope.experiment.summary import Estimate, Table
-from test_cli import fails, invoke
 from test_run import QUESTIONS, SHOP, NamedModel
 
 pytest.importorskip("sklearn")
@@ -70,7 +70,7 @@ def here(tmp_path, monkeypatch):
 
 def tables(*args):
     """The tables of a command that must succeed, by name."""
-    result = invoke(*args, "--json")
+    result = run(*args, "--json")
     assert result.exit_code == 0, result.output
     found = json.loads(result.stdout)
     return {each["name"]: each for each in found}
@@ -87,7 +87,7 @@ def test_questions_are_measured_once_and_printed(here):
     prompts = {row["prompt"] for row in found["rows"]}
     assert {"question", "question and choices", "no question"} <= prompts
     assert [cell.attempts for cell in cells("mcq-q")] == [1, 1]
-    again = invoke("bench", "mcq", "q.jsonl")
+    again = run("bench", "mcq", "q.jsonl")
     assert again.exit_code == 0
     assert again.stderr.splitlines() == [
         "Missing: 1 of 3 cells. Results are saved in results/mcq-q.db as they come, and the "
@@ -100,7 +100,7 @@ def test_questions_are_measured_once_and_printed(here):
 
 def test_long_work_without_a_terminal_says_how_far_it_is(here, monkeypatch):
     monkeypatch.setattr("goalscope.cli.terminal.LINES", 0.0)
-    said = invoke("bench", "mcq", "q.jsonl", "--json")
+    said = run("bench", "mcq", "q.jsonl", "--json")
     assert json.loads(said.stdout)
     assert said.stderr.splitlines()[1:] == [
         f"Isolated inference: q.jsonl: {n} of 3" for n in (1, 2, 3)
@@ -177,7 +177,7 @@ def test_an_experiment_runs_every_kind_of_cell_and_then_has_nothing_left_to_do(h
     kinds = [cell.spec["kind"] for cell in done]
     assert kinds == ["mcq"] * 3 + ["dialogue"] * 2 + ["episode"] * 2 + ["judge"] * 2
     assert all(cell.result is not None and cell.attempts == 1 for cell in done)
-    again = invoke("experiment", "run", "all.toml", "--json")
+    again = run("experiment", "run", "all.toml", "--json")
     assert json.loads(again.stdout) == [*found.values()]
     assert again.stderr == "Nothing is missing: results/all.db has all 9 cells.\n"
     assert [cell.attempts for cell in cells("all")] == [1] * 9
@@ -186,7 +186,7 @@ def test_an_experiment_runs_every_kind_of_cell_and_then_has_nothing_left_to_do(h
         assert {info.id for info in results.episodes()} == ids
         assert results.about["title"] == "Everything [/b]"
         assert results.commands(results.asked_for()) == ["goalscope experiment run all.toml --json"]
-    shown = invoke("replay", ids.pop(), "--store", "results/all.db")
+    shown = run("replay", ids.pop(), "--store", "results/all.db")
     assert "whole milk" in shown.stdout
 
 
@@ -236,7 +236,7 @@ def test_results_of_another_code_are_refused_until_told_otherwise(here, monkeypa
     tables("bench", "mcq", "q.jsonl", "--limit", "1")
     monkeypatch.setattr(NamedModel, "fingerprint", "another")
     monkeypatch.setattr(measuring, "_fingerprints", {})
-    refused = invoke("bench", "mcq", "q.jsonl")
+    refused = run("bench", "mcq", "q.jsonl")
     assert (refused.exit_code, refused.stdout) == (2, "")
     assert "another model" in refused.stderr.splitlines()[-1]
     assert "keeps" not in refused.stderr
@@ -254,7 +254,7 @@ def test_a_second_process_on_the_same_file_is_refused(here):
 def test_cells_that_fail_are_told_after_the_tables(here, monkeypatch):
     rows = [QUESTIONS[0], {**QUESTIONS[1], "rephrasings": {"A": ["word " * 300], "B": ["x"]}}]
     (here / "q.jsonl").write_text("".join(json.dumps(row) + "\n" for row in rows))
-    result = invoke("bench", "mcq", "q.jsonl", "--json")
+    result = run("bench", "mcq", "q.jsonl", "--json")
     assert result.exit_code == 1
     assert json.loads(result.stdout)[0]["name"] == "mcq"
     line = result.stderr.splitlines()[-1]
@@ -272,18 +272,18 @@ def test_ctrl_c_says_what_is_kept(here, monkeypatch):
         return measure(model, spec)
 
     monkeypatch.setitem(measuring.KINDS, "mcq", stopped)
-    result = invoke("bench", "mcq", "q.jsonl", "--json")
+    result = run("bench", "mcq", "q.jsonl", "--json")
     assert result.exit_code == 130
     first, last = result.stderr.strip().splitlines()
     assert first.startswith("Missing: 3 of 3 cells. Results are saved in results/mcq-q.db")
     assert last == "results/mcq-q.db has 1 of 3 results. The same command continues."
-    reported = invoke("report", "results/mcq-q.db", "--json")
+    reported = run("report", "results/mcq-q.db", "--json")
     assert reported.stderr == "mcq-q: 1 of 3 cells measured.\n"
     assert json.loads(reported.stdout)
     monkeypatch.setitem(measuring.KINDS, "mcq", measure)
     assert [*tables("bench", "mcq", "q.jsonl")] == ["mcq"]  # and no second time, as if retried
     assert [cell.attempts for cell in cells("mcq-q")] == [1, 1, 1]
-    assert invoke("report", "results/mcq-q.db", "--json").stderr == ""
+    assert run("report", "results/mcq-q.db", "--json").stderr == ""
 
 
 def test_a_cell_that_failed_once_is_counted_as_retried(here, monkeypatch):
@@ -296,7 +296,7 @@ def test_a_cell_that_failed_once_is_counted_as_retried(here, monkeypatch):
         return measure(model, spec)
 
     monkeypatch.setitem(measuring.KINDS, "episode", attempt)
-    assert invoke("experiment", "run", "all.toml").exit_code == 1
+    assert run("experiment", "run", "all.toml").exit_code == 1
     found = tables("experiment", "run", "all.toml")
     methods = next(table for name, table in found.items() if name.endswith("-methods"))
     assert [(row["method"], row["retries"]) for row in methods["rows"]] == [

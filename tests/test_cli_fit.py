@@ -14,6 +14,7 @@ import numpy as np
 import pytest
 
 import fits
+from commands import fails, run
 from fits import GOALS, OLD_NAME, SETTINGS, TASK, Finished, fit, last_error
 from goalscope.base.types import Turn
 from goalscope.belief.likelihood import RolePlay
@@ -30,7 +31,6 @@ from goalscope.models.adapters import (
     write_adapter,
 )
 from goalscope.models.torch.model import Transformers
-from test_cli import fails, invoke
 
 torch = pytest.importorskip("torch")
 transformers = pytest.importorskip("transformers")
@@ -138,7 +138,7 @@ def test_the_command_fits_and_finished_folders_are_kept(
     path: Path, rows: Path, tmp_path: Path
 ) -> None:
     out = tmp_path / "mine"
-    result = invoke(*fit(rows, out, path, "--validation", 1, "--json"))
+    result = run(*fit(rows, out, path, "--validation", 1, "--json"))
     assert result.exit_code == 0, result.output
     facts = json.loads((out / "fit.json").read_text())
     assert json.loads(result.stdout) == facts
@@ -150,7 +150,7 @@ def test_the_command_fits_and_finished_folders_are_kept(
     assert facts["layout"] == "goal-last"
     kept = {each.name: each.read_bytes() for each in out.iterdir()}
     assert kept.keys() == LEFT
-    again = invoke(*fit(rows, out, path, "--validation", 1, "--json"))
+    again = run(*fit(rows, out, path, "--validation", 1, "--json"))
     assert again.exit_code == 2
     said = f"Error: {out} contains a finished adapter but no interrupted fit. Name a new folder"
     assert last_error(again) == f"{said} with --out."
@@ -173,7 +173,7 @@ def test_the_command_goes_on_where_it_was_stopped(
     path: Path, rows: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     whole, out = tmp_path / "whole", tmp_path / "out"
-    assert invoke(*fit(rows, whole, path)).exit_code == 0
+    assert run(*fit(rows, whole, path)).exit_code == 0
     validate, count = plan.Fit._validate, iter(range(9))
 
     def stopped(*args: Any) -> Any:
@@ -183,17 +183,17 @@ def test_the_command_goes_on_where_it_was_stopped(
 
     with monkeypatch.context() as patch:
         patch.setattr(plan.Fit, "_validate", stopped)
-        assert isinstance(invoke(*fit(rows, out, path)).exception, Broken)
+        assert isinstance(run(*fit(rows, out, path)).exception, Broken)
     assert [each.name for each in out.iterdir()] == ["state.pt"]
-    said = invoke(*fit(rows, out, path, "--seed", 2))
+    said = run(*fit(rows, out, path, "--seed", 2))
     assert said.exit_code == 2
     assert "started with another settings" in " ".join(said.stderr.split())
     with monkeypatch.context() as patch:
         patch.setattr(plan.Fit, "_learn", broken_by(KeyboardInterrupt()))
-        result = invoke(*fit(rows, out, path))
+        result = run(*fit(rows, out, path))
     assert result.exit_code == 130
     assert "Interrupted. The same command resumes, and repeats at most ten steps." in result.stderr
-    result = invoke(*fit(rows, out, path))
+    result = run(*fit(rows, out, path))
     assert result.exit_code == 0, result.output
     assert "Resumed after step 2." in result.stderr
     assert re.findall(r"^step +(\d) ", result.stderr, re.MULTILINE) == ["4"]
@@ -217,7 +217,7 @@ def test_where_the_end_cannot_be_written_the_same_command_goes_on(
     out = tmp_path / "out"
     with monkeypatch.context() as patch:
         patch.setattr(what, broken_by(error))
-        failed = invoke(*fit(rows, out, path))
+        failed = run(*fit(rows, out, path))
     assert failed.exit_code == 1
     said = " ".join(failed.stderr.split())
     assert "No space left on device" in said
@@ -225,7 +225,7 @@ def test_where_the_end_cannot_be_written_the_same_command_goes_on(
     left = {each.name for each in out.iterdir()}
     assert "state.pt" in left
     assert "adapter.gguf" not in left
-    again = invoke(*fit(rows, out, path))
+    again = run(*fit(rows, out, path))
     assert again.exit_code == 0, again.stderr
     assert "log-loss" not in again.stderr  # nothing is fitted again
     assert {each.name for each in out.iterdir()} == LEFT
@@ -240,7 +240,7 @@ def test_the_adapter_is_used_by_name(
     for name, adapter in (("with", finished.folder), ("without", "none")):
         out = tmp_path / f"{name}.jsonl"
         options = ["--out", out, "--model", model, "--adapter", adapter, "--layout", "goal-first"]
-        result = invoke("infer", rows, *options)
+        result = run("infer", rows, *options)
         assert result.exit_code == 0, result.output
         lines = map(json.loads, out.read_text().splitlines())
         tables.append([line["log_likelihood"] for line in lines])

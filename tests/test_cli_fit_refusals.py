@@ -11,6 +11,7 @@ import pytest
 from filelock import FileLock
 
 import fits
+from commands import fails, run
 from fits import OLD_NAME, SETTINGS, Finished, case, fit, last_error, rows_file
 from goalscope.base.types import InvalidInputError, Turn
 from goalscope.datasets import said_key
@@ -18,7 +19,6 @@ from goalscope.fitting.data import Source, read_source
 from goalscope.fitting.plan import Plan
 from goalscope.models.adapters import FITTED_DIALOGUES, read_adapter
 from goalscope.models.torch.model import Transformers
-from test_cli import fails, invoke
 
 torch = pytest.importorskip("torch")
 transformers = pytest.importorskip("transformers")
@@ -102,7 +102,7 @@ def test_folders_that_cannot_be_taken_are_left_as_they_are(
             (1, file / "out", f"Cannot write to {file / 'out'}: Not a directory."),
             (2, busy, f"Another process is fitting an adapter in {busy}."),
         ):
-            result = invoke(*fit(rows, out, path))
+            result = run(*fit(rows, out, path))
             assert (result.exit_code, last_error(result)) == (code, f"Error: {said}")
         assert [each.name for each in busy.iterdir()] == [".lock"]
     assert [each.name for each in notes.iterdir()] == ["notes.txt"]
@@ -121,7 +121,7 @@ def test_what_is_too_long_is_refused_before_the_work_begins(
     path: Path, tmp_path: Path, changed: dict[str, Any], said: str
 ) -> None:
     rows, out = rows_file(tmp_path / "own.jsonl", "abcdefgh", **changed), tmp_path / "out"
-    result = invoke(*fit(rows, out, path))
+    result = run(*fit(rows, out, path))
     assert result.exit_code == 2
     error = " ".join(result.stderr.split())
     assert "own.jsonl, dialogue c7: " in error

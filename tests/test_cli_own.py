@@ -7,9 +7,9 @@ from pathlib import Path
 
 import pytest
 
+from commands import ROW, fails, rows_file, run
 from goalscope.agent.agent import K
 from goalscope.storage.store import Store
-from test_cli import ROW, fails, invoke, rows_file, shop, store_file, words  # noqa: F401
 from test_run import OWN
 
 
@@ -25,20 +25,20 @@ def only_episode(file: Path):
         return info
 
 
-def test_k_is_stored_with_the_episode_and_resumed(shop, store_file, words):  # noqa: F811
+def test_k_is_stored_with_the_episode_and_resumed(shop, store_file, words):
     given = ("--k", "1", "--rounds", "1")
-    ran = invoke("run", "--profile", "baker", *shop, *given, "--json")
+    ran = run("run", "--profile", "baker", *shop, *given, "--json")
     assert ran.exit_code == 0, ran.output
     info = only_episode(store_file)
     assert info.settings["k"] == 1
     assert "Leave out --k," in fails(2, "chat", "--resume", info.id, "--k", "1")
-    again = invoke("chat", "--resume", info.id, "--rounds", "2")
+    again = run("chat", "--resume", info.id, "--rounds", "2")
     assert again.exit_code == 0, again.output
     assert only_episode(store_file).rounds == 2
 
 
-def test_an_episode_has_the_usual_ones_where_none_are_given(shop, store_file, words):  # noqa: F811
-    assert invoke("run", "--profile", "baker", *shop, "--rounds", "1").exit_code == 0
+def test_an_episode_has_the_usual_ones_where_none_are_given(shop, store_file, words):
+    assert run("run", "--profile", "baker", *shop, "--rounds", "1").exit_code == 0
     assert only_episode(store_file).settings["k"] == K
 
 
@@ -53,18 +53,16 @@ def test_an_episode_has_the_usual_ones_where_none_are_given(shop, store_file, wo
         (("--likelihood", "MINE", "--layout", "goal-first"), "only applies to the role-play"),
     ],
 )
-def test_what_has_no_effect_or_is_none_is_refused(shop, words, mine, given, told):  # noqa: F811
+def test_what_has_no_effect_or_is_none_is_refused(shop, words, mine, given, told):
     given = [mine if each == "MINE" else each for each in given]
     assert told in fails(2, "run", "--profile", "baker", *shop, *given)
 
 
 def test_a_likelihood_of_ones_own_runs_only_when_it_is_named(
-    shop, store_file, words, mine, tmp_path, monkeypatch  # noqa: F811
+    shop, store_file, words, mine, tmp_path, monkeypatch
 ):  # fmt: skip
     monkeypatch.setattr("goalscope.envs.registry.OWN.modules", {})
-    ran = invoke(
-        "run", "--profile", "baker", *shop, "--likelihood", mine, "--rounds", "1", "--json"
-    )
+    ran = run("run", "--profile", "baker", *shop, "--likelihood", mine, "--rounds", "1", "--json")
     assert ran.exit_code == 0, ran.output
     info = only_episode(store_file)
     assert info.settings["likelihood"] == mine
@@ -76,7 +74,7 @@ def test_a_likelihood_of_ones_own_runs_only_when_it_is_named(
     assert not marker.exists()
     other = fails(2, "chat", "--resume", info.id, "--likelihood", f"{mine[:-4]}Transposed")
     assert "Leave out --likelihood," in other
-    again = invoke("chat", "--resume", info.id, "--likelihood", mine, "--rounds", "2")
+    again = run("chat", "--resume", info.id, "--likelihood", mine, "--rounds", "2")
     assert again.exit_code == 0, again.output
     assert marker.exists()
 
@@ -92,7 +90,7 @@ def test_a_likelihood_of_ones_own_runs_only_when_it_is_named(
         ("type('Plain', (Mine,), {'calibration': 0})(model)", "calibration of Plain must be a"),
     ],
 )
-def test_what_makes_no_likelihood_is_told(shop, words, mine, tmp_path, made, told):  # noqa: F811
+def test_what_makes_no_likelihood_is_told(shop, words, mine, tmp_path, made, told):
     (tmp_path / "mine.py").write_text(f"{OWN}\n")
     text = f"\ndef make(model):\n    return {made}\n{OWN}"
     (tmp_path / "mine.py").write_text(text)
@@ -101,10 +99,10 @@ def test_what_makes_no_likelihood_is_told(shop, words, mine, tmp_path, made, tol
     assert told in fails(code, "run", "--profile", "baker", *shop, "--likelihood", made_by)
 
 
-def test_dialogues_are_inferred_by_a_likelihood_of_ones_own(tmp_path, words, mine):  # noqa: F811
+def test_dialogues_are_inferred_by_a_likelihood_of_ones_own(tmp_path, words, mine):
     rows, out = rows_file(tmp_path, ROW), tmp_path / "out.jsonl"
     infer = ("infer", rows, "--out", out, "--likelihood", mine)
-    assert invoke(*infer).exit_code == 0
+    assert run(*infer).exit_code == 0
     lines = [json.loads(line) for line in out.read_text().splitlines()]
     for turn, line in zip(ROW["turns"], lines, strict=True):
         lengths = [float(len(goal) + len(turn["utterance"])) for goal in line["goals"]]
@@ -118,7 +116,7 @@ def test_dialogues_are_inferred_by_a_likelihood_of_ones_own(tmp_path, words, min
     assert "Transposed.log_likelihood must return an array of [2, 3]" in transposed
 
 
-def test_what_takes_more_than_a_model_is_refused(shop, words, mine, tmp_path):  # noqa: F811
+def test_what_takes_more_than_a_model_is_refused(shop, words, mine, tmp_path):
     (tmp_path / "mine.py").write_text(f"\ndef make(model, heat):\n    return 1\n{OWN}")
     told = fails(2, "run", "--profile", "baker", *shop, "--likelihood", f"{mine[:-4]}make")
     assert "make is called with the model alone (missing a required argument: 'heat')." in told

@@ -6,23 +6,23 @@ import pytest
 import typer
 from typer.testing import CliRunner
 
+from commands import run
 from goalscope.agent.guards import CONFIRM
 from goalscope.agent.round import Round
 from goalscope.cli.main import _Commands
 from goalscope.storage.store import Store
-from test_cli import invoke, shop, store_file, words  # noqa: F401
 
 QUESTION = f'I understood "buy". {CONFIRM}'
 COCOA = "add cocoa powder"
 
 
 @pytest.fixture
-def chat(shop, words):  # noqa: F811
+def chat(shop, words):
     """What a chat shows, and the rounds of the only episode."""
 
     def told(*lines: str, resume: str = "") -> tuple[str, list[Round]]:
         options = ("--resume", resume) if resume else shop[:2]
-        result = invoke("chat", *options, input="".join(f"{line}\n" for line in lines))
+        result = run("chat", *options, input="".join(f"{line}\n" for line in lines))
         assert result.exit_code == 0, result.output
         with Store.open(None) as store:
             (info,) = store.episodes()
@@ -57,7 +57,7 @@ def test_what_was_asked_and_answered_is_stored_and_found_and_shown_again(chat) -
     assert [round.number for round in rounds if round.terminated] == [7]
     with Store.open(None) as store:
         (info,) = store.episodes(text="add milk")
-    shown = " ".join(invoke("replay", info.id).stdout.split())
+    shown = " ".join(run("replay", info.id).stdout.split())
     assert shown.count(CONFIRM) == 3
     assert "no; add milk" in shown
 

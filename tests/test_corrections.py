@@ -22,7 +22,6 @@ from goalscope.belief.likelihood import RolePlay
 from goalscope.belief.tracker import GoalTracker
 from goalscope.storage.store import round_from_json, round_to_json
 from lamps import RANKS, REPLIES
-from test_cli import invoke, shop, store_file, words  # noqa: F401
 
 A, B, C = (Goal(each) for each in "abc")
 LAMP, SLEEP, TEA = Goal("have lamp light"), Goal("sleep without light"), Goal("drink tea")

@@ -10,6 +10,7 @@ from pathlib import Path
 import pytest
 from rich.console import Console
 
+from commands import run
 from fakes import LampRoom, WordModel
 from goalscope.agent.settings import Settings
 from goalscope.base.types import Goal
@@ -17,7 +18,6 @@ from goalscope.cli.chat import correct
 from goalscope.storage.session import Session
 from goalscope.storage.store import Store
 from lamps import RANKS, REPLIES
-from test_cli import invoke, shop, store_file, words  # noqa: F401
 
 LAMP, SLEEP, TEA = Goal("have lamp light"), Goal("sleep without light"), Goal("drink tea")
 
@@ -119,29 +119,29 @@ def test_a_correction_that_was_shown_survives_a_kill(tmp_path) -> None:
 
 
 def test_what_is_corrected_before_a_chat_is_left_is_there_when_it_goes_on(
-    shop,  # noqa: F811
-    words,  # noqa: F811
-    store_file,  # noqa: F811
+    shop,
+    words,
+    store_file,
 ) -> None:
-    first = invoke("chat", *shop[:2], input="I need cocoa powder.\n/pin bake a cake\nquit\n")
+    first = run("chat", *shop[:2], input="I need cocoa powder.\n/pin bake a cake\nquit\n")
     assert first.exit_code == 0, first.output
     with Store.open(store_file) as store:
         (info,) = store.episodes()
     said = (
         f'Corrected since the last round: it is "bake a cake". `goalscope chat --resume {info.id}`'
     )
-    assert said in invoke("replay", info.id).stdout
-    assert said in invoke("why", info.id).stderr
-    assert said in invoke("why", info.id, "--goal", "bake a").stderr.splitlines()[-1]
-    second = invoke("chat", "--resume", info.id, input="And flour.\n")
+    assert said in run("replay", info.id).stdout
+    assert said in run("why", info.id).stderr
+    assert said in run("why", info.id, "--goal", "bake a").stderr.splitlines()[-1]
+    second = run("chat", "--resume", info.id, input="And flour.\n")
     assert second.exit_code == 0, second.output
     assert "(you confirmed it)" in second.stdout
     with Store.open(store_file) as store:
         last = store.rounds(info.id)[-1]
     assert last.belief.pinned == ((1, Goal("bake a cake")),)
     for command in ("replay", "why"):
-        assert "Corrected since" not in invoke(command, info.id).output
-    third = invoke("chat", "--resume", info.id, input="quit\n")
+        assert "Corrected since" not in run(command, info.id).output
+    third = run("chat", "--resume", info.id, input="quit\n")
     assert third.stdout.count("Belief") == 2  # of two rounds, and nothing besides
 
 
@@ -205,7 +205,7 @@ def test_a_chat_with_an_order_offers_only_what_it_can_do(tmp_path) -> None:
 
 
 @pytest.mark.parametrize("method", ["good", "no-goals", "no-inference"])
-def test_a_chat_says_how_to_correct_goals_where_that_is_possible(shop, words, method) -> None:  # noqa: F811
-    shown = invoke("chat", *shop[:2], "--method", method, input="/quit\n").stdout
+def test_a_chat_says_how_to_correct_goals_where_that_is_possible(shop, words, method) -> None:
+    shown = run("chat", *shop[:2], "--method", method, input="/quit\n").stdout
     assert ("/help" in shown) == (method == "good")
     assert "ends the task" in shown

@@ -11,13 +11,13 @@ from threading import Barrier, Event
 import pytest
 from sqlalchemy import event, text
 
+from commands import run
 from databases import PASSWORD
 from goalscope.base.types import GoalscopeError, InvalidInputError, Turn
 from goalscope.experiment.results import Results
 from goalscope.storage.store import Store
 from goalscope.storage.tables import SCHEMA, SCHEMA_VERSION, STUDIES
 from goalscope.study.store import StudyStore, _order
-from test_cli import invoke
 from test_store import EPISODE, a_round, values_of
 from test_study import PLAN, fill
 
@@ -286,9 +286,9 @@ def test_the_command_line_takes_an_address(server, monkeypatch):
     with Store.open(place) as store:
         assert store.place == place.replace(PASSWORD, "***")
         id = store.begin(**EPISODE)
-    assert id in invoke("episodes", "--json", "--store", place).stdout
+    assert id in run("episodes", "--json", "--store", place).stdout
     monkeypatch.setenv("GOALSCOPE_STORE", place)
-    assert id in invoke("episodes", "--json").stdout
+    assert id in run("episodes", "--json").stdout
 
 
 @pytest.mark.parametrize(

@@ -7,6 +7,7 @@ from pathlib import Path
 
 import pytest
 
+from commands import fails, run
 from fakes import LampRoom
 from goalscope import Agent, GoalscopeError, InvalidInputError
 from goalscope.agent.guards import CONFIRM
@@ -19,7 +20,6 @@ from goalscope.envs.registry import load_domain, open_environment, profiles_of
 from goalscope.language.dialogue_state import DialogueState
 from goalscope.language.orders import Order
 from goalscope.storage.store import Store
-from test_cli import fails, invoke
 from test_run import NamedModel
 
 EXAMPLES = Path(__file__).parents[1] / "examples"
@@ -266,7 +266,7 @@ def test_nothing_is_in_a_cup_twice_or_off_the_menu() -> None:
 def test_they_get_the_garden_that_they_want(tmp_path: Path, name: str) -> None:
     """By the embedded model, as `goalscope run` runs it; and the episode is there to be seen."""
     store = tmp_path / "episodes.db"
-    result = invoke("run", GARDEN, "--profile", name, "--json", "--store", store)
+    result = run("run", GARDEN, "--profile", name, "--json", "--store", store)
     assert result.exit_code == 0, result.output
     (outcome,) = json.loads(result.stdout)
     assert (outcome["terminated"], outcome["score"]) == (True, 1.0)
@@ -276,7 +276,7 @@ def test_they_get_the_garden_that_they_want(tmp_path: Path, name: str) -> None:
     assert lasting == ([FELL] if name == "kitchen" else [])
     notes = [note for round in rounds for note in round.notes]
     assert any(note.startswith("Guessed, not asked for: ") for note in notes)
-    assert "walnut tree" in invoke("replay", outcome["episode"], "--store", store).stdout
+    assert "walnut tree" in run("replay", outcome["episode"], "--store", store).stdout
 
 
 class Closing(NamedModel):
@@ -294,19 +294,19 @@ def test_a_file_that_a_stored_episode_names_is_run_only_if_the_user_names_it(
     monkeypatch.setenv("GOALSCOPE_STORE", str(tmp_path / "episodes.db"))
     mine = tmp_path / "mine.py"
     mine.write_text(GARDEN.read_text())
-    told = invoke("chat", mine, input="add pond\n/pin grow herbs\nquit\n")
+    told = run("chat", mine, input="add pond\n/pin grow herbs\nquit\n")
     assert told.exit_code == 0
     with Store.open(str(tmp_path / "episodes.db")) as episodes:
         (info,) = episodes.episodes()
     assert (info.domain, info.rounds) == (str(mine), 1)
     resuming = f"goalscope chat {mine} --resume {info.id}"
     assert resuming in told.stderr
-    assert resuming in invoke("why", info.id).stderr
+    assert resuming in run("why", info.id).stderr
     monkeypatch.setattr("goalscope.envs.registry.OWN.modules", {})
     mine.write_text(f"{GARDEN.read_text()}\nPath({str(tmp_path / 'ran')!r}).touch()\n")
     assert f"{mine} is a Python file" in fails(2, "chat", "--resume", info.id)
     assert not (tmp_path / "ran").exists()
-    assert invoke("chat", mine, "--resume", info.id, input="add hedge\n").exit_code == 0
+    assert run("chat", mine, "--resume", info.id, input="add hedge\n").exit_code == 0
     assert f"{resuming} --rounds 4" in fails(2, "chat", mine, "--resume", info.id, "--rounds", "2")
     assert (tmp_path / "ran").exists()
     with Store.open(str(tmp_path / "episodes.db")) as episodes:

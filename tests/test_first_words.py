@@ -13,11 +13,11 @@ from playwright.sync_api import expect
 from rich.cells import cell_len
 
 from browsers import needs_chromium
+from commands import run
 from goalscope.base.types import Turn
 from goalscope.cli.display import show_episodes
 from goalscope.storage.store import Store
 from sites import site
-from test_cli import invoke
 from test_display import EPISODE, drawn
 from test_store import a_round
 
@@ -71,7 +71,7 @@ def test_the_terminal_filters_by_words_and_domain(tmp_path: Path) -> None:
             store.append(ids[-1], a_round(turn=Turn("What?", said)))
 
     def found(*options: str) -> list[str]:
-        listed = invoke("episodes", "--store", file, "--json", *options)
+        listed = run("episodes", "--store", file, "--json", *options)
         return [each["first_words"] for each in json.loads(listed.stdout)]
 
     assert found() == ["Some tea", "Make tea", "Swim"]
@@ -80,10 +80,10 @@ def test_the_terminal_filters_by_words_and_domain(tmp_path: Path) -> None:
     assert found("--domain", "my.py") == found("--domain", "/a/my.py") == ["Swim"]
     assert found("--domain", "grocery", "--text", "tea") == ["Some tea"]
     assert found("--text", "coffee") == []
-    shown = invoke("episodes", "--store", file, "--domain", "house")
+    shown = run("episodes", "--store", file, "--domain", "house")
     assert "Make tea" in shown.stdout
     assert "Swim" not in shown.stdout
-    none = invoke("episodes", "--store", file, "--text", "coffee")
+    none = run("episodes", "--store", file, "--text", "coffee")
     assert none.stdout == "No stored episode fits. `goalscope episodes` lists them all.\n"
 
 

@@ -6,10 +6,9 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from typer.testing import CliRunner
 
+from commands import run
 from goalscope.base.types import Action, GoalscopeError, InvalidInputError
-from goalscope.cli.main import app
 from goalscope.envs.check import check_env
 from goalscope.envs.house import HomeRobot, HouseController, start_thor
 from goalscope.language.dialogue_state import DialogueState
@@ -74,7 +73,7 @@ def test_a_run_in_thor_ends_as_a_run_in_the_house(
     common = ["run", "house", "--profile", "cold", "--method", "no-goals", "--json"]
     common += ["--profiles", str(tmp_path / "people.toml")]
     for extra in ([], ["--scene", "Kitchen1", "--simulator", "thor", "--unity", unity]):
-        result = CliRunner().invoke(app, [*common, *extra])
+        result = run(*[*common, *extra])
         assert result.exit_code == 0, result.output
         assert '"score": 1.0' in result.stdout
 

@@ -11,6 +11,7 @@ from hypothesis import example, given
 from hypothesis import strategies as st
 from rich.console import Console
 
+from fakes import WordModel
 from goalscope.agent.round import Round
 from goalscope.base.nouns import words
 from goalscope.base.text import FORMAT, JOINERS, plain, terminal_safe, without_invisible
@@ -18,11 +19,9 @@ from goalscope.base.types import Goal, InvalidInputError, Turn, canonical, check
 from goalscope.belief.belief import Belief
 from goalscope.belief.tracker import GoalTracker
 from goalscope.cli.display import show_round
-from goalscope.envs.house.room_map import RoomMap
 from goalscope.envs.house.simulator.scenes import read_room
 from goalscope.storage.store import Store
 from test_catalogue import load
-from test_house_map import room
 from test_house_rooms import GOOD
 
 NJ, J = JOINERS
@@ -49,6 +48,7 @@ WORDS = {
     "a flag": f"🏳️{J}🌈",
     "a word and a cook": f"Soup 👩{J}🍳",
 }
+PERSIAN = WORDS["Persian"]
 OVERRIDES = {
     "override": "\u202e", "embedding": "\u202a", "pop": "\u202c", "isolate": "\u2066",
     "end of isolate": "\u2069", "mark": "\u200f", "zero-width space": "\u200b",
@@ -64,50 +64,47 @@ def goods(folder: Path, *names: str) -> list[str]:
 
 
 @scripts
-def test_a_word_keeps_its_joiners_wherever_it_is_shown_stored_or_read(
-    word: str, tmp_path: Path
-) -> None:
+def test_a_word_keeps_its_joiners(word: str) -> None:
     assert without_invisible(word) == without_invisible(word, kinds=FORMAT) == word
-    assert terminal_safe(word).plain == word
-    assert plain(word) == word
-    assert checked_text(word, "goal") == word
-    assert goods(tmp_path, word, "tea") == [word, "tea"]
-    assert RoomMap(room() | {"sceneName": word}).title == word
+    assert terminal_safe(word).plain == plain(word) == checked_text(word, "goal") == word
+
+
+def test_joiners_are_kept_wherever_a_word_is_shown_or_stored(tmp_path: Path) -> None:
+    assert goods(tmp_path, PERSIAN, "tea") == [PERSIAN, "tea"]
     out = Console(file=io.StringIO(), width=120)
-    turn = Turn("What else?", word)
-    show_round(out, Round(1, turn, Belief.uniform(()), (), status=word, notes=(word,)), None)
-    assert out.file.getvalue().count(word) >= 3
+    turn = Turn("What else?", PERSIAN)
+    show_round(out, Round(1, turn, Belief.uniform(()), (), status=PERSIAN, notes=(PERSIAN,)), None)
+    assert out.file.getvalue().count(PERSIAN) >= 3
     with Store.open(tmp_path / "episodes.db") as store:
-        episode = store.begin(domain=word, method="good", model="m", task=word, profile=word)
+        episode = store.begin(
+            domain=PERSIAN, method="good", model="m", task=PERSIAN, profile=PERSIAN
+        )
         store.append(episode, Round(1, turn, Belief.uniform(()), ()))
         assert store.rounds(episode)[0].turn == turn
-        assert store.episode(episode).profile == word
-        assert [info.id for info in store.episodes(text=word)] == [episode]
+        assert store.episode(episode).profile == PERSIAN
+        assert [info.id for info in store.episodes(text=PERSIAN)] == [episode]
 
 
-@scripts
 @pytest.mark.parametrize("mark", OVERRIDES.values(), ids=OVERRIDES.keys())
-def test_what_reorders_or_hides_goes_beside_any_script(
-    word: str, mark: str, tmp_path: Path
-) -> None:
-    """Also between the letters of these scripts and at the ends."""
-    for hostile in (mark + word, word + mark, word[:1] + mark + word[1:], f"a{mark}b {word}"):
-        assert mark not in plain(hostile)
-        assert mark not in goods(tmp_path, hostile)[0]
-        assert mark not in terminal_safe(hostile).plain
-        assert "\N{REPLACEMENT CHARACTER}" in terminal_safe(hostile).plain
+def test_what_reorders_or_hides_goes_beside_any_script(mark: str, tmp_path: Path) -> None:
+    for word in WORDS.values():
+        for hostile in (mark + word, word + mark, word[:1] + mark + word[1:], f"a{mark}b {word}"):
+            assert mark not in plain(hostile)
+            assert mark not in terminal_safe(hostile).plain
+            assert "\N{REPLACEMENT CHARACTER}" in terminal_safe(hostile).plain
+    assert mark not in goods(tmp_path, f"a{mark}b")[0]
 
 
 @pytest.mark.parametrize("joiner", JOINERS)
 @pytest.mark.parametrize("shape", ["nut{}s", "{}nuts", "nuts{}", "n{0}u{0}t{0}s", "{0}{0}nuts"])
 def test_a_joiner_where_no_script_needs_it_makes_no_second_identity(
-    joiner: str, shape: str, model, tmp_path: Path
+    joiner: str, shape: str, tmp_path: Path
 ) -> None:
     typed = shape.format(joiner)
     assert canonical(typed) == canonical("nuts")
     assert plain(typed) == terminal_safe(typed).plain == "nuts"
     assert goods(tmp_path, "nuts", typed) == ["nuts", "nuts (2)"]
-    tracker = GoalTracker(model, goals=["nuts", typed])
+    tracker = GoalTracker(WordModel(), goals=["nuts", typed])
     assert tracker.belief.goals == (tracker.belief.goals[0], Goal("nuts"))
 
 
@@ -141,25 +138,23 @@ def test_millions_of_joiners_take_no_time() -> None:
     assert len(without_invisible(f"ی{NJ}" * 100_000)) == 200_000
 
 
-@scripts
-def test_a_room_may_be_labelled_in_any_script(word: str, tmp_path: Path) -> None:
+def test_a_room_may_be_labelled_in_any_script(tmp_path: Path) -> None:
     file = tmp_path / "mine.toml"
-    file.write_text(f'{GOOD}label = "{word}"\n', encoding="utf-8")
+    file.write_text(f'{GOOD}label = "{PERSIAN}"\n', encoding="utf-8")
     assert any(each["objectType"] == "Apple" for each in read_room(file).objects)
-    file.write_text(f'{GOOD}label = "\u202e{word}"\n', encoding="utf-8")
+    file.write_text(f'{GOOD}label = "\u202e{PERSIAN}"\n', encoding="utf-8")
     with pytest.raises(InvalidInputError, match="'label' has invisible characters"):
         read_room(file)
 
 
-@scripts
-def test_the_page_tells_words_as_they_were_said(word: str, address: str, visit) -> None:
+def test_the_page_tells_words_as_they_were_said(address: str, visit) -> None:
     ann = visit(address)
     mine = ann.begin()
-    ann.say(mine, f"add {word}")
-    assert ann.get(mine)["rounds"][0]["utterance"] == f"add {word}"
-    ann.post(f"{mine}/corrections", kind="pin", goal=word)
+    ann.say(mine, f"add {PERSIAN}")
+    assert ann.get(mine)["rounds"][0]["utterance"] == f"add {PERSIAN}"
+    ann.post(f"{mine}/corrections", kind="pin", goal=PERSIAN)
     goals = [each["text"] for each in ann.live(mine)["belief"]["goals"]]
-    assert word in goals
+    assert PERSIAN in goals
 
 
 @pytest.mark.parametrize(

@@ -79,11 +79,8 @@ def test_what_is_too_long_is_named_and_changes_nothing(
     assert tracker.turns == []
 
 
-NO_TEXT: Any = [None, 3, b"hello", ["cake"], object()]
-
-
-@pytest.mark.parametrize("bad", [*NO_TEXT, "half \ud83c of"])
-def test_what_is_no_text_is_refused_and_changes_nothing(bad: Any) -> None:
+def test_a_broken_text_is_refused_and_changes_nothing() -> None:
+    bad = "half \ud83c of"
     tracker = GoalTracker(WordModel(), goals=["bake cake"])
     belief = tracker.observe("", "cake")
     for change in (
@@ -111,7 +108,6 @@ def test_what_is_no_text_is_refused_and_changes_nothing(bad: Any) -> None:
         ({"model": "qwen.gguf"}, r"open_model\(.*goals=\["),
         ({"model": WordModel}, r"open_model\("),
         ({"goals": "bake cake"}, "goals must be a list"),
-        ({"goals": {"cake": "bake a cake"}}, r"not a dict.* such as goals=list\(d\.values\(\)\)"),
         ({"likelihood": "goal-last"}, "likelihood"),
         ({"calibration": "papr"}, "Name paper, default, last-turn, or a file"),
         ({"calibration": 2.0}, "one of paper, default, last-turn"),

@@ -7,11 +7,10 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from typer.testing import CliRunner
 
+from commands import run
 from fakes import WordModel
 from goalscope.base.types import InvalidInputError, Message, ModelError
-from goalscope.cli.main import app
 from goalscope.models.llama.model import LlamaCpp, embedded_path
 from goalscope.models.opening import ModelSet, model_label, open_model
 
@@ -126,7 +125,7 @@ def test_a_real_server_without_its_tokenizer_asks_for_one(llama_server_address: 
 
 def test_a_real_server_is_checked_from_the_command_line(llama_server_address: str) -> None:
     arguments = ["models", "check", llama_server_address, "--tokenizer", str(embedded_path())]
-    result = CliRunner().invoke(app, [*arguments, "--json"])
+    result = run(*[*arguments, "--json"])
     assert result.exit_code == 0, result.output
     report = json.loads(result.stdout)
     assert "forced tokens" in report["scores"]
@@ -140,7 +139,7 @@ def test_a_server_may_write_for_the_embedded_scorer(
 ) -> None:
     arguments = ["run", "--profile", "cafe", "--rounds", "1", "--seed", "1"]
     arguments += ["--generator", llama_server_address, "--store", str(tmp_path / "episodes.db")]
-    result = CliRunner().invoke(app, [*arguments, "--json"])
+    result = run(*[*arguments, "--json"])
     assert result.exit_code == 0, result.output
     (outcome,) = json.loads(result.stdout)
     assert outcome["rounds"] == 1

@@ -8,6 +8,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from fakes import WordModel
 from goalscope.agent.guards import is_yes, speaks_of_harm
 from goalscope.base.text import plain
 from goalscope.base.types import Goal, InvalidInputError, canonical
@@ -21,19 +22,16 @@ PERSIAN = "\u0645\u06cc\u200c\u062e\u0648\u0627\u0647\u0645"  # its joiner is a 
 UNSEEN = "\u00ad\u200b\u2060\ufeff\u202e\u2066\u200c\u200d\u034f\u180e\ufe0f\u2063\U000e0061"
 
 
-@pytest.mark.parametrize("mark", APOSTROPHES)
-def test_every_apostrophe_is_one(mark: str) -> None:
-    assert plain(f"Please don{mark}t transfer my money") == "Please don't transfer my money"
-
-
-@pytest.mark.parametrize("mark", HYPHENS)
-def test_every_hyphen_is_one(mark: str) -> None:
-    assert plain(f"It has to be nut{mark}free.") == "It has to be nut-free."
-
-
-@pytest.mark.parametrize("mark", UNSEEN)
-def test_what_nobody_sees_is_not_read(mark: str) -> None:
-    assert plain(f"al{mark}monds") == "almonds"
+@pytest.mark.parametrize(
+    ("marks", "typed", "read"),
+    [
+        (APOSTROPHES, "Please don{}t transfer my money", "Please don't transfer my money"),
+        (HYPHENS, "It has to be nut{}free.", "It has to be nut-free."),
+        (UNSEEN, "al{}monds", "almonds"),
+    ],
+)
+def test_each_kind_of_mark_is_read_as_one(marks: str, typed: str, read: str) -> None:
+    assert {plain(typed.format(mark)) for mark in marks} == {read}
 
 
 @pytest.mark.parametrize(
@@ -78,23 +76,21 @@ def test_plain_text_is_plain_already(text: str) -> None:
         assert unicodedata.is_normalized("NFC", once)
 
 
-@pytest.mark.parametrize("mark", HYPHENS)
-def test_the_belief_is_that_of_the_plain_sentence(mark: str, model) -> None:
+def test_the_belief_is_that_of_the_plain_sentence() -> None:
     goals = ["bake a nut-free cake", "bake an almond cake"]
 
     def believed(said: str) -> list[float]:
-        tracker = GoalTracker(model, goals=goals)
+        tracker = GoalTracker(WordModel(), goals=goals)
         return tracker.observe("What else?", said).probability.tolist()
 
-    same = pytest.approx(believed("It has to be nut-free."), abs=0.01)  # a warm cache rounds anew
-    assert believed(f"It has to be nut{mark}free.") == same
+    assert believed("It has to be nut\u2011free.") == believed("It has to be nut-free.")
 
 
-def test_a_goal_has_one_identity_in_every_form(model) -> None:
+def test_a_goal_has_one_identity_in_every_form() -> None:
     composed = "make cr\u00e8me br\u00fbl\u00e9e"
     apart = unicodedata.normalize("NFD", composed)
     assert canonical(composed) == canonical(apart)
-    tracker = GoalTracker(model, goals=[composed, apart])
+    tracker = GoalTracker(WordModel(), goals=[composed, apart])
     assert len(tracker.belief.goals) == 2
     tracker.correct("veto", apart)
     with pytest.raises(InvalidInputError, match="ruled out"):

@@ -304,7 +304,7 @@ def test_a_turn_that_was_answered_outlives_the_server(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize("option", ["--model", "--generator", "--scorer", "--adapter"])
 def test_a_model_that_is_not_there_is_refused_at_the_start(tmp_path: Path, option: str) -> None:
-    from test_cli import fails
+    from commands import fails
 
     named = tmp_path / "nope.gguf"
     line = fails(1, "mcp", option, named, "--store", tmp_path / "episodes.db")

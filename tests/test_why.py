@@ -11,6 +11,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from commands import fails, run
 from fakes import WordModel, said
 from goalscope.base.types import UNSPECIFIED, Goal, InvalidInputError, ModelError, Turn
 from goalscope.belief.belief import Belief
@@ -20,7 +21,6 @@ from goalscope.belief.goal_order import in_order
 from goalscope.belief.likelihood import RolePlay
 from goalscope.cli.display import show_reasons
 from goalscope.storage.store import Store
-from test_cli import fails, invoke, store_file  # noqa: F401
 from test_display import HOSTILE, drawn
 from test_store import EPISODE, a_round
 
@@ -212,7 +212,7 @@ GOALS = ["Make tea", "make toast", "bake"]
 
 
 @pytest.fixture
-def kept(store_file):  # noqa: F811
+def kept(store_file):
     """Id of an episode of two rounds, in which what is likeliest changes."""
     belief = Belief.uniform([UNSPECIFIED, *map(Goal, GOALS)]).observe([-3.0, -1.0, -4.0, -4.0])
     after = belief.observe([-9.0, -9.0, -8.0, -1.0])
@@ -224,42 +224,42 @@ def kept(store_file):  # noqa: F811
 
 
 def test_why_tells_of_the_likeliest_goal_after_the_last_round_or_the_named_one(kept) -> None:
-    last = json.loads(invoke("why", kept, "--json").stdout)
+    last = json.loads(run("why", kept, "--json").stdout)
     assert last["goal"] == "bake"
     assert set(last) == {"goal", "reasons", "confirmed"}
     assert [each["utterance"] for each in last["reasons"]] == ["Tea", "Flour \x1b[31m"]
     evidence = [each["evidence"] for each in last["reasons"]]
     assert evidence == pytest.approx([-4 + 8 / 3, -1 + 26 / 3])
-    first = json.loads(invoke("why", kept[:6], "--round", 1, "--json").stdout)
+    first = json.loads(run("why", kept[:6], "--round", 1, "--json").stdout)
     assert (first["goal"], len(first["reasons"])) == ("Make tea", 1)
     assert first["reasons"][0]["without"] == pytest.approx(0.25)
     for name in ("make TOAST", "MAKE to"):
-        named = json.loads(invoke("why", kept, "--goal", name, "--json").stdout)
+        named = json.loads(run("why", kept, "--goal", name, "--json").stdout)
         assert named["goal"] == "make toast"
 
 
-def test_why_tells_what_was_confirmed_and_when(store_file) -> None:  # noqa: F811
+def test_why_tells_what_was_confirmed_and_when(store_file) -> None:
     tea, toast = map(Goal, GOALS[:2])
     belief = Belief.uniform([tea, toast]).pin(toast).observe([-9.0, -1.0]).pin(tea)
     with Store.open(store_file) as store:
         id = store.begin(**EPISODE)
         store.append(id, a_round(1, belief=belief, turn=Turn("Yes?", "Toast")))
-    told = json.loads(invoke("why", id, "--json").stdout)
+    told = json.loads(run("why", id, "--json").stdout)
     after = [{"goal": toast.text, "turn": 0}, {"goal": tea.text, "turn": 1}]
     assert (told["goal"], told["confirmed"]) == (tea.text, after)
-    text = invoke("why", id).stdout
+    text = run("why", id).stdout
     assert 'You confirmed "make toast" at the start.' in text
     assert "You confirmed it after turn 1." in text
-    assert "You confirmed it at the start." in invoke("why", id, "--goal", toast.text).stdout
+    assert "You confirmed it at the start." in run("why", id, "--goal", toast.text).stdout
 
 
-def test_what_why_cannot_tell_is_said_in_one_line(kept, store_file) -> None:  # noqa: F811
+def test_what_why_cannot_tell_is_said_in_one_line(kept, store_file) -> None:
     with Store.open(store_file) as store:
         blind = store.begin(**{**EPISODE, "method": "no-goals"})
         store.append(blind, a_round(1, belief=in_order((), ())))
         unborn = store.begin(**EPISODE)
     for name, what in (("wash", "None of these goals begins"), ("make", "Several of these goals")):
-        told = invoke("why", kept, "--goal", name)
+        told = run("why", kept, "--goal", name)
         assert (told.exit_code, told.stdout) == (2, "")
         *goals, line = told.stderr.splitlines()
         assert goals == ["- Unspecified", "- Make tea", "- make toast", "- bake"]
@@ -268,7 +268,7 @@ def test_what_why_cannot_tell_is_said_in_one_line(kept, store_file) -> None:  # 
     assert "no-goals" in fails(2, "why", blind)
     assert "0 rounds" in fails(2, "why", unborn)
     assert "goalscope episodes" in fails(2, "why", "nothing")
-    assert invoke("why", kept, "--round", 0).exit_code == 2
+    assert run("why", kept, "--round", 0).exit_code == 2
 
 
 def test_characters_of_several_tokens_stay_whole(tmp_path: Path) -> None:

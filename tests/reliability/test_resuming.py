@@ -12,6 +12,8 @@ from typing import Any
 import pytest
 
 import goalscope
+from commands import ROW, rows_file
+from commands import run as invoke
 from goalscope.base.types import InvalidInputError
 from goalscope.experiment import measure as measuring
 from goalscope.experiment.plan import read_experiment, specs_of
@@ -19,7 +21,6 @@ from goalscope.experiment.results import Results
 from goalscope.experiment.run import run
 from goalscope.experiment.tables import tables_of
 from lives import REPLIES, furnish
-from test_cli import ROW, invoke, rows_file
 from test_run import QUESTIONS, NamedModel
 
 

@@ -8,17 +8,6 @@ from functools import lru_cache
 
 from goalscope.base.text import plain
 
-__all__ = [
-    "contains",
-    "head_nouns",
-    "head_words",
-    "names",
-    "singular",
-    "singulars",
-    "spans",
-    "words",
-]
-
 _MARKS = (  # of vowels and accents, from the Latin to the Khmer script, and joiners
     "\u0300-\u036f\u0483-\u0487\u0591-\u05bd\u05bf-\u05c7\u0610-\u061a\u064b-\u065f\u0670\u06d6-\u06ed"
     "\u0900-\u0963\u0966-\u0df3\u0e31-\u0e4e\u0eb1-\u0ece\u0f18-\u0fbc\u102b-\u1049\u1056-\u109d\u17b4-\u17d3"
@@ -31,33 +20,18 @@ _MEASURE = re.compile(
     r"\d.*|x|g|kg|mg|lb|lbs|oz|fl|ml|cl|l|ct|count|pk|pack|packs|pc|pcs|piece|pieces|inch|gallon"
     r"|each|assorted"
 )
+_ONLY_S = {
+    "kiwis", "zucchinis", "paninis", "cookies", "brownies", "smoothies", "pies", "veggies",
+    "quiches", "brioches", "ceviches",
+}  # fmt: skip
+"""Plurals that end like others, but lose only their last letter."""
+
 _IRREGULAR = {
-    "kiwis": "kiwi",
-    "zucchinis": "zucchini",
-    "chilis": "chili",
-    "paninis": "panini",
-    "leaves": "leaf",
-    "loaves": "loaf",
-    "halves": "half",
-    "knives": "knife",
-    "cookies": "cookie",
-    "brownies": "brownie",
-    "smoothies": "smoothie",
-    "pies": "pie",
-    "veggies": "veggie",
-    "potatoes": "potato",
-    "tomatoes": "tomato",
-    "mangoes": "mango",
-    "avocadoes": "avocado",
-    "chillies": "chilli",
-    "chilies": "chilli",
-    "chili": "chilli",
-    "yoghurt": "yogurt",
+    "leaves": "leaf", "loaves": "loaf", "halves": "half", "knives": "knife", "potatoes": "potato",
+    "tomatoes": "tomato", "mangoes": "mango", "avocadoes": "avocado", "chillies": "chilli",
+    "chilies": "chilli", "chilis": "chilli", "chili": "chilli", "yoghurt": "yogurt",
     "wholewheat": "wheat",
-    "quiches": "quiche",
-    "brioches": "brioche",
-    "ceviches": "ceviche",
-}
+}  # fmt: skip
 
 
 def words(text: str) -> list[str]:
@@ -75,6 +49,8 @@ def singular(word: str) -> str:
     """A lower-case English word without its plural ending; equal for both numbers of a word."""
     if word in _IRREGULAR:
         return _IRREGULAR[word]
+    if word in _ONLY_S:
+        return word[:-1]
     if len(word) < 4 or word.endswith(("ss", "us", "is")) or not word.endswith("s"):
         return word
     if word.endswith("ies"):
@@ -85,7 +61,7 @@ def singular(word: str) -> str:
 
 
 def singulars(text: str) -> list[str]:
-    """The words of `text`, each in the singular."""
+    """The words of `text` in the singular."""
     return [*_singulars(text)]
 
 

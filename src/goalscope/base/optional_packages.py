@@ -7,8 +7,6 @@ from typing import Any
 
 from goalscope.base.types import GoalscopeError, ModelError
 
-__all__ = ["EXTRAS", "package", "remedy"]
-
 EXTRAS = {
     **dict.fromkeys(("httpx2", "huggingface-hub", "openai", "tokenizers"), "remote"),
     **dict.fromkeys(("torch", "transformers", "peft"), "torch"),

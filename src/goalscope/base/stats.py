@@ -16,20 +16,6 @@ import numpy.typing as npt
 from goalscope.base.optional_packages import package
 from goalscope.base.types import GoalscopeError
 
-__all__ = [
-    "Difference",
-    "Interval",
-    "Reliability",
-    "Scores",
-    "auroc",
-    "bootstrap_mean",
-    "paired_difference",
-    "pooled_sd_of_mean",
-    "proportion",
-    "reliability",
-    "scores",
-]
-
 Array = npt.NDArray[np.float64]
 
 RESAMPLES = 4_999

@@ -12,8 +12,6 @@ from typing import TYPE_CHECKING
 if TYPE_CHECKING:
     from rich.text import Text
 
-__all__ = ["FORMAT", "HIDDEN", "JOINERS", "domain_shown", "model_shown", "plain", "terminal_safe"]
-__all__ += ["without_invisible"]
 
 JOINERS = "\N{ZERO WIDTH NON-JOINER}\N{ZERO WIDTH JOINER}"
 """They shape the words of some scripts (Persian, Hindi, Malayalam), and emoji such as families."""
@@ -34,30 +32,6 @@ _KEPT = re.compile(
     f"|(?<=[{_EMOJI}])\N{ZERO WIDTH JOINER}(?=[{_EMOJI}])"
     "|[\u0600-\u0605\u06dd\u070f\u0890\u0891\u08e2\U000110bd\U000110cd]"  # seen around numbers
 )
-
-
-def without_invisible(text: str, instead: str = "", *, kinds: Set[str] = HIDDEN) -> str:
-    """`text` with every invisible character replaced.
-
-    Joiners stay beside a letter of a script that uses them, and between emoji. Elsewhere they are
-    dropped: they would only make two texts that look the same differ.
-
-    Args:
-        text: Of anyone.
-        instead: What stands in the place of each.
-        kinds: Unicode categories of what is replaced.
-    """
-    if text.isprintable():
-        return text
-    kept = {place for match in _KEPT.finditer(text) for place in range(*match.span())}
-    return "".join(
-        each
-        if unicodedata.category(each) not in kinds or place in kept
-        else ""
-        if each in JOINERS
-        else instead
-        for place, each in enumerate(text)
-    )
 
 
 _CHARACTERS = str.maketrans(
@@ -102,6 +76,10 @@ _SPLIT = re.compile(
 )
 
 
+SHOWN = {"Smollm2 135M 8k Lc100K Mix1 Ep2": "SmolLM2-135M-Instruct"}
+"""The known names of models whose files, and so episodes and calibrations, name them otherwise."""
+
+
 def plain(text: str) -> str:
     """`text` with the characters of a plain keyboard, composed (NFC), and without markup.
 
@@ -122,25 +100,34 @@ def plain(text: str) -> str:
         text = _MISREAD.sub(_reread, text)
         text = _STYLED.sub(lambda styled: unicodedata.normalize("NFKC", styled[0]), text)
         text = _VARIANT.sub("", text.translate(_CHARACTERS))
-        text = _spaced(without_invisible(text, kinds=FORMAT))
+        text = without_invisible(text, kinds=FORMAT)
+        text = "".join(" " if unicodedata.category(c) == "Zs" else c for c in text)
         text = unicodedata.normalize("NFC", text)
     return _SPLIT.sub(r"\1't", _EMPHASIS.sub(r"\2", text))
 
 
-def _reread(found: re.Match[str]) -> str:
-    try:
-        return found[0].encode("cp1252" if "\u20ac" in found[0] else "latin-1").decode()
-    except UnicodeError:
-        return found[0]
+def without_invisible(text: str, instead: str = "", *, kinds: Set[str] = HIDDEN) -> str:
+    """`text` with every invisible character replaced.
 
+    Joiners stay beside a letter of a script that uses them, and between emoji. Elsewhere they are
+    dropped: they would only make two texts that look the same differ.
 
-def _spaced(text: str) -> str:
-    """`text` with plain spaces: those of other widths, and those that do not break."""
-    return "".join(" " if unicodedata.category(each) == "Zs" else each for each in text)
-
-
-SHOWN = {"Smollm2 135M 8k Lc100K Mix1 Ep2": "SmolLM2-135M-Instruct"}
-"""The known names of models whose files, and so episodes and calibrations, name them otherwise."""
+    Args:
+        text: Of anyone.
+        instead: What stands in the place of each.
+        kinds: Unicode categories of what is replaced.
+    """
+    if text.isprintable():
+        return text
+    kept = {place for match in _KEPT.finditer(text) for place in range(*match.span())}
+    return "".join(
+        each
+        if unicodedata.category(each) not in kinds or place in kept
+        else ""
+        if each in JOINERS
+        else instead
+        for place, each in enumerate(text)
+    )
 
 
 def terminal_safe(text: str, style: str = "") -> Text:
@@ -162,3 +149,10 @@ def model_shown(name: str) -> str:
     for own, known in SHOWN.items():
         name = name.replace(own, known)
     return name
+
+
+def _reread(found: re.Match[str]) -> str:
+    try:
+        return found[0].encode("cp1252" if "\u20ac" in found[0] else "latin-1").decode()
+    except UnicodeError:
+        return found[0]

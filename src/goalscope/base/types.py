@@ -5,32 +5,9 @@ from __future__ import annotations
 import unicodedata
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
-from typing import Any, Literal, cast
+from typing import Any, Literal
 
 from goalscope.base.text import JOINERS, plain
-
-__all__ = [
-    "TRACKING",
-    "UNSPECIFIED",
-    "Action",
-    "ConflictError",
-    "Goal",
-    "GoalChange",
-    "GoalscopeError",
-    "InvalidInputError",
-    "Message",
-    "ModelError",
-    "Profile",
-    "StepResult",
-    "Turn",
-    "UnreadableAnswerError",
-    "canonical",
-    "checked_text",
-    "distinct",
-    "goals_of",
-    "pluralize",
-    "readable",
-]
 
 
 class GoalscopeError(Exception):
@@ -56,14 +33,12 @@ class UnreadableAnswerError(ModelError):
 _UNSEEN = frozenset({"Cc", "Cf", "Zs", "Zl", "Zp"})  # controls, format characters, spaces
 
 
-def readable(text: object, what: str) -> str:
+def readable(text: str, what: str) -> str:
     """Return `text`, perhaps empty, if it is text that can be encoded.
 
     Raises:
-        InvalidInputError: It is not a string, or holds a lone surrogate.
+        InvalidInputError: It holds a lone surrogate.
     """
-    if not isinstance(text, str):
-        raise InvalidInputError(f"The {what} must be a text, not {type(text).__name__}.")
     try:
         text.encode()
     except UnicodeEncodeError as error:
@@ -74,7 +49,7 @@ def readable(text: object, what: str) -> str:
     return text
 
 
-def checked_text(text: object, what: str, longest: int | None = None) -> str:
+def checked_text(text: str, what: str, longest: int | None = None) -> str:
     """Return `text` without surrounding whitespace if a model can read it.
 
     Args:
@@ -126,30 +101,26 @@ UNSPECIFIED = Goal("Unspecified")
 
 def distinct(goals: Iterable[Goal], known: Iterable[Goal] = (UNSPECIFIED,)) -> list[Goal]:
     """Goals without repeats by `canonical`; a known goal stands for its repeats."""
-    own = dict.fromkeys(known)
-    kept = {canonical(each.text): each for each in own}
-    found = (each if each in own else kept.setdefault(canonical(each.text), each) for each in goals)
-    return list(dict.fromkeys(found))
+    known = dict.fromkeys(known)
+    same = {canonical(goal.text): goal for goal in known}
+    return list(
+        dict.fromkeys(
+            goal if goal in known else same.setdefault(canonical(goal.text), goal) for goal in goals
+        )
+    )
 
 
-def goals_of(goals: object) -> list[Goal]:
+def goals_of(goals: Iterable[str | Goal]) -> list[Goal]:
     """The goals of a list of texts or goals.
 
     Raises:
-        InvalidInputError: It is no list, or a goal is no text, empty or broken.
+        InvalidInputError: It is a single text, or a goal is empty or broken.
     """
-    if isinstance(goals, Mapping):
-        raise InvalidInputError(
-            "goals must be a list of texts, and not a dict, whose keys may be no goals. Pass the "
-            "texts, such as goals=list(d.values())."
-        )
-    if isinstance(goals, str) or not isinstance(goals, Iterable):
+    if isinstance(goals, str):  # an iterable of texts, too
         raise InvalidInputError(f"goals must be a list of texts, not {goals!r}")
-    found: list[Goal] = []
-    for each in cast("Iterable[object]", goals):
-        text = checked_text(each.text if isinstance(each, Goal) else each, "goal")
-        found.append(each if isinstance(each, Goal) else Goal(text))
-    return found
+    return [
+        Goal(checked_text(goal.text if isinstance(goal, Goal) else goal, "goal")) for goal in goals
+    ]
 
 
 @dataclass(frozen=True, slots=True)

@@ -8,8 +8,6 @@ from pathlib import Path
 
 import platformdirs
 
-__all__ = ["NOWHERE", "user_cache", "user_data"]
-
 NOWHERE = Path(os.devnull, "HOME is not set")
 """The home of a user who has none: nothing is there, and nothing can be written there."""
 

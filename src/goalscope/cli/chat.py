@@ -12,34 +12,8 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 import typer
 
 from goalscope.base.types import Goal, GoalscopeError, InvalidInputError, checked_text, pluralize
-from goalscope.cli.options import (
-    Adapter,
-    CalibrationName,
-    Catalogue,
-    Columns,
-    Domain,
-    Json,
-    Layout,
-    Likeliest,
-    Method,
-    Model,
-    OwnLikelihood,
-    Picture,
-    Prompted,
-    Propose,
-    Scene,
-    Scorer,
-    Seed,
-    Simulator,
-    StoreFile,
-    Tokenizer,
-    Unity,
-    Writer,
-    check_picture,
-    episode_settings,
-)
+from goalscope.cli import options
 from goalscope.cli.terminal import console, settings_model, spinner
-from goalscope.envs.registry import SHOP
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -74,33 +48,33 @@ quit                 leave; the episode can be resumed"""
 
 def chat(
     context: typer.Context,
-    domain: Domain = SHOP,
+    domain: options.Domain = "grocery",
     resume: Annotated[
         str | None, typer.Option(metavar="ID", help="Resume the episode with this id.")
     ] = None,
-    model: Model = None,
-    generator: Writer = None,
-    scorer: Scorer = None,
-    tokenizer: Tokenizer = None,
-    adapter: Adapter = None,
-    method: Method = "good",
-    catalogue: Catalogue = None,
-    columns: Columns = None,
-    scene: Scene = None,
-    simulator: Simulator = "embedded",
-    unity: Unity = None,
-    picture: Picture = None,
-    likelihood: OwnLikelihood = None,
-    layout: Layout = None,
-    calibration: CalibrationName = None,
-    propose: Propose = None,
-    k: Likeliest = None,
-    prompted: Prompted = None,
-    seed: Seed = 0,
+    model: options.Model = None,
+    generator: options.Writer = None,
+    scorer: options.Scorer = None,
+    tokenizer: options.Tokenizer = None,
+    adapter: options.Adapter = None,
+    method: options.Method = "good",
+    catalogue: options.Catalogue = None,
+    columns: options.Columns = None,
+    scene: options.Scene = None,
+    simulator: options.Simulator = "embedded",
+    unity: options.Unity = None,
+    picture: options.Picture = None,
+    likelihood: options.OwnLikelihood = None,
+    layout: options.Layout = None,
+    calibration: options.CalibrationName = None,
+    propose: options.Propose = None,
+    k: options.Likeliest = None,
+    prompted: options.Prompted = None,
+    seed: options.Seed = 0,
     rounds: Annotated[
         int | None, typer.Option(min=1, help="Maximum number of rounds.  [default: 100]")
     ] = None,
-    store: StoreFile = None,
+    store: options.StoreFile = None,
 ) -> None:
     """Talk to the agent and watch its belief; "quit" leaves, --resume continues.
 
@@ -137,10 +111,10 @@ def chat(
         info = episodes.episode(resume) if resume else None
         if info:
             _refuse_other_options(context, info)
-            check_picture(picture, info.domain)
+            options.check_picture(picture, info.domain)
             settings = saved_settings(info, rounds=rounds)
         else:
-            settings = episode_settings(context, rounds=rounds or Settings().rounds)
+            settings = options.episode_settings(context, rounds=rounds or Settings().rounds)
         profile = info.profile if info else None
         person = profile_named(settings, profile) if profile else None
         with (
@@ -188,7 +162,7 @@ def chat(
 
 def run(
     context: typer.Context,
-    domain: Domain = SHOP,
+    domain: options.Domain = "grocery",
     profile: Annotated[
         str | None, typer.Option(metavar="NAME|all", help="The person to simulate.")
     ] = None,
@@ -197,28 +171,28 @@ def run(
         typer.Option(help="Fixed replies, or replies by a model, optionally with a habit."),
     ] = "scripted",
     profiles: Annotated[Path | None, typer.Option(help="TOML file with your own people.")] = None,
-    model: Model = None,
-    generator: Writer = None,
-    scorer: Scorer = None,
-    tokenizer: Tokenizer = None,
-    adapter: Adapter = None,
-    method: Method = "good",
-    catalogue: Catalogue = None,
-    columns: Columns = None,
-    scene: Scene = None,
-    simulator: Simulator = "embedded",
-    unity: Unity = None,
-    picture: Picture = None,
-    likelihood: OwnLikelihood = None,
-    layout: Layout = None,
-    calibration: CalibrationName = None,
-    propose: Propose = None,
-    k: Likeliest = None,
-    prompted: Prompted = None,
-    seed: Seed = 0,
+    model: options.Model = None,
+    generator: options.Writer = None,
+    scorer: options.Scorer = None,
+    tokenizer: options.Tokenizer = None,
+    adapter: options.Adapter = None,
+    method: options.Method = "good",
+    catalogue: options.Catalogue = None,
+    columns: options.Columns = None,
+    scene: options.Scene = None,
+    simulator: options.Simulator = "embedded",
+    unity: options.Unity = None,
+    picture: options.Picture = None,
+    likelihood: options.OwnLikelihood = None,
+    layout: options.Layout = None,
+    calibration: options.CalibrationName = None,
+    propose: options.Propose = None,
+    k: options.Likeliest = None,
+    prompted: options.Prompted = None,
+    seed: options.Seed = 0,
     rounds: Annotated[int, typer.Option(min=1, help="Most rounds.")] = 20,
-    store: StoreFile = None,
-    as_json: Json = False,
+    store: options.StoreFile = None,
+    as_json: options.Json = False,
 ) -> None:
     """Run episodes with simulated people, and score the outcome."""
     from goalscope.cli.display import show_scores
@@ -228,7 +202,7 @@ def run(
     from goalscope.storage.store import Store
 
     people_file = str(profiles.absolute()) if profiles else None
-    settings = episode_settings(context, human=human, profiles=people_file, rounds=rounds)
+    settings = options.episode_settings(context, human=human, profiles=people_file, rounds=rounds)
     everyone = profiles_of(settings)
     if not everyone:
         raise InvalidInputError(

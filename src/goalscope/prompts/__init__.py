@@ -19,8 +19,6 @@ from jinja2.sandbox import SandboxedEnvironment
 from goalscope.base.types import Message, Turn
 from goalscope.models import LanguageModel
 
-__all__ = ["recent", "render", "transcript"]
-
 _JINJA = SandboxedEnvironment(undefined=StrictUndefined, trim_blocks=True, lstrip_blocks=True)
 _HEADING = re.compile(r"^--- (system|user|assistant)\n", re.MULTILINE)
 

@@ -345,7 +345,7 @@ def _manage(
     return changes
 
 
-def _new(belief: Belief, goals: object) -> list[Goal]:
+def _new(belief: Belief, goals: Iterable[str | Goal]) -> list[Goal]:
     """Those goals that the belief does not hold yet."""
     asked = distinct(_checked(goals), belief.goals)
     if UNSPECIFIED in asked:
@@ -356,5 +356,5 @@ def _new(belief: Belief, goals: object) -> list[Goal]:
     return found
 
 
-def _checked(goals: object) -> list[Goal]:
+def _checked(goals: Iterable[str | Goal]) -> list[Goal]:
     return [Goal(checked_text(goal.text, "goal", MAX_GOAL)) for goal in goals_of(goals)]
