@@ -48,7 +48,7 @@ quit                 leave; the episode can be resumed"""
 
 def chat(
     context: typer.Context,
-    domain: options.Domain = "grocery",
+    domain: options.Domain = None,
     resume: Annotated[
         str | None, typer.Option(metavar="ID", help="Resume the episode with this id.")
     ] = None,
@@ -162,7 +162,7 @@ def chat(
 
 def run(
     context: typer.Context,
-    domain: options.Domain = "grocery",
+    domain: options.Domain = None,
     profile: Annotated[
         str | None, typer.Option(metavar="NAME|all", help="The person to simulate.")
     ] = None,
@@ -206,7 +206,8 @@ def run(
     everyone = profiles_of(settings)
     if not everyone:
         raise InvalidInputError(
-            f"The domain {domain} has nobody to simulate: its load_profiles returns no profiles."
+            f"The domain {settings.domain} has nobody to simulate: its load_profiles returns no "
+            "profiles."
         )
     if not profile:
         names = ", ".join(person.name for person in everyone)
@@ -356,7 +357,8 @@ def _refuse_other_options(context: typer.Context, info: EpisodeInfo) -> None:
     from goalscope.envs.registry import load_domain
 
     free = ["resume", "rounds", "picture", "store"]
-    if load_domain(context.params["domain"]) == info.domain:
+    domain = context.params["domain"]
+    if domain and load_domain(domain) == info.domain:
         free.append("domain")
     likelihood = context.params["likelihood"]
     if likelihood and load_likelihood(likelihood) == info.settings.get("likelihood"):

@@ -16,9 +16,10 @@ if TYPE_CHECKING:
     from goalscope.belief.goal_manager import Trigger
 
 Domain = Annotated[
-    str,
+    str | None,
     typer.Argument(
-        metavar="DOMAIN|FILE.py", help="Domain to act in, or the Python file of your own."
+        metavar="DOMAIN|FILE.py",
+        help="Domain to act in, or the Python file of your own.  [default: grocery]",
     ),
 ]
 Method = Annotated[
@@ -155,14 +156,14 @@ def episode_settings(context: typer.Context, **more: Any) -> Settings:
     from goalscope.agent.agent import K
     from goalscope.agent.settings import Settings, load_likelihood
     from goalscope.agent.toolkit import modules_named
-    from goalscope.envs.registry import load_domain
+    from goalscope.envs.registry import SHOP, load_domain
     from goalscope.models.opening import MODEL_KEYS
 
     given = context.params
     likelihood, scene = given["likelihood"], given["scene"]
     settings = Settings(
         **model_names(**{key: given[key] for key in MODEL_KEYS}),
-        domain=load_domain(given["domain"]),
+        domain=load_domain(given["domain"] or SHOP),
         method=given["method"],
         catalogue=_absolute(given["catalogue"]),
         columns=_columns(given["columns"] or ()),
