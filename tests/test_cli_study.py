@@ -9,55 +9,41 @@ from test_study import EXAMPLE, fill
 METHODS = ("good", "no-goals", "no-inference")
 
 
-def test_on_the_command_line(tmp_path, monkeypatch):
-    place = str(tmp_path / "s.db")
-    monkeypatch.setenv("GOALSCOPE_STORE", place)
+def test_a_study_is_made_shown_closed_exported_and_deleted(tmp_path, monkeypatch):
+    monkeypatch.setenv("GOALSCOPE_STORE", str(tmp_path / "s.db"))
+
+    def listed():
+        (table,) = json.loads(run("study", "list", "--json").stdout)
+        return table["rows"]
+
     assert "no studies yet" in run("study", "list").stdout
-    assert "No person has a finished episode" in fails(2, "study", "new", str(EXAMPLE))
-    with Store.open(place) as store:
-        fill(store, METHODS)
-    assert "/study/grocery?id=..." in run("study", "new", str(EXAMPLE)).stdout
-    assert run("study", "example").stdout == EXAMPLE.read_text()
-    assert "already" in fails(2, "study", "new", str(EXAMPLE))
-    (table,) = json.loads(run("study", "list", "--json").stdout)
-    assert table["rows"][0]["name"] == "grocery"
-    assert "did you mean 'grocery'" in fails(2, "study", "show", "grocer")
-    names = [each["name"] for each in json.loads(run("study", "show", "grocery", "--json").stdout)]
-    assert names == [f"study-grocery-{kind}" for kind in ("progress", "methods")]
-    run("study", "export", "grocery", "--out", str(tmp_path / "out.csv"))
-    assert (tmp_path / "out.csv").read_text().count("\n") == 1
-    assert "no participant 7" in fails(2, "study", "forget", "grocery", "7")
-
-
-def test_a_study_is_closed_and_deleted(tmp_path, monkeypatch):
-    place = str(tmp_path / "s.db")
-    monkeypatch.setenv("GOALSCOPE_STORE", place)
-    with Store.open(place) as store:
+    assert "No person has a finished episode" in fails(2, "study", "new", EXAMPLE)
+    with Store.open() as store:
         fill(store, METHODS)
         for method in METHODS:
-            talk = store.begin(
-                domain="grocery", method=method, model="m", task="You shop.", settings={}
-            )
+            talk = store.begin(domain="grocery", method=method, model="m", task="You shop.")
             store.finish(talk, ended="terminated")
-    assert (
-        "has 6 episodes to rate, which takes at least 5 people"
-        in run("study", "new", EXAMPLE).stdout
-    )
-    shown = tmp_path / "shown.toml"
-    text = EXAMPLE.read_text().replace("transcript = false", "transcript = true")
-    shown.write_text(text.replace('"grocery"\ntitle', '"shown"\ntitle'))
-    said = run("study", "new", shown).stdout
-    assert "has 9 episodes" in said
-    assert "real people said in 3 of the episodes" in said
-    run("study", "delete", "shown", "--yes")
-    assert "no study" in fails(2, "study", "close", "grocer")
+    assert run("study", "example").stdout == EXAMPLE.read_text()
+    made = run("study", "new", EXAMPLE).stdout
+    assert "has 6 episodes to rate, which takes at least 5 people" in made
+    assert "/study/grocery?id=..." in made
+    assert "already" in fails(2, "study", "new", EXAMPLE)
+    assert "did you mean 'grocery'" in fails(2, "study", "show", "grocer")
+    shown = [each["name"] for each in json.loads(run("study", "show", "grocery", "--json").stdout)]
+    assert shown == ["study-grocery-progress", "study-grocery-methods"]
+    run("study", "export", "grocery", "--out", tmp_path / "out.csv")
+    assert (tmp_path / "out.csv").read_text().count("\n") == 1
+    assert "no participant 7" in fails(2, "study", "forget", "grocery", "7")
     assert "grocery is closed" in run("study", "close", "grocery").stdout
-    (table,) = json.loads(run("study", "list", "--json").stdout)
-    (row,) = table["rows"]
-    assert row["closed"] > row["made"]
+    assert [row["closed"] > row["made"] for row in listed()] == [True]
     assert run("study", "delete", "grocery", input="n\n").exit_code == 1
-    assert json.loads(run("study", "list", "--json").stdout)[0]["rows"]
+    assert len(listed()) == 1
     said = run("study", "delete", "grocery", "--yes").stdout
     assert said == "Deleted study grocery and the answers of 0 people. Its episodes are kept.\n"
-    assert json.loads(run("study", "list", "--json").stdout)[0]["rows"] == []
-    assert "no study" in fails(2, "study", "delete", "grocery", "--yes")
+    assert listed() == []
+
+    text = EXAMPLE.read_text().replace("transcript = false", "transcript = true")
+    (tmp_path / "shown.toml").write_text(text)
+    said = run("study", "new", tmp_path / "shown.toml").stdout
+    assert "has 9 episodes" in said
+    assert "real people said in 3 of the episodes" in said

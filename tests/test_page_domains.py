@@ -1,4 +1,4 @@
-"""What the page shows of episodes that it did not begin: of other programs, and of own domains."""
+"""What the page shows of other domains: the robot's, one's own, and those of other programs."""
 
 from __future__ import annotations
 
@@ -16,8 +16,13 @@ from goalscope.storage.session import Session
 from goalscope.storage.store import Store
 from goalscope.storage.tracking import Trackers
 from sites import WRITES, site
+from test_page import begin, rounds, say
 from test_run import NamedModel
 
+pytestmark = needs_chromium
+
+PHONE = {"width": 390, "height": 780}
+LAPTOP = {"width": 1280, "height": 800}
 GARDEN = Path(__file__).parents[1] / "examples" / "garden.py"
 TASK = "Help in the kitchen."
 
@@ -57,21 +62,16 @@ def page(place: Path, ids: tuple[str, str], enter) -> Iterator[Page]:
         yield enter(address)
 
 
-@needs_chromium
-def test_the_replay_of_a_session_shows_its_task_and_no_basket(
+def test_what_was_not_begun_here_is_listed_and_replayed_but_not_continued(
     page: Page, ids: tuple[str, str]
 ) -> None:
-    page.goto(f"{page.url}#/replay/{ids[1]}")
+    home = page.url
+    page.goto(f"{home}#/replay/{ids[1]}")
     expect(page.get_by_role("heading", level=1)).to_have_text("Replay: goal tracking")
     expect(page.get_by_text(TASK)).to_be_visible()
-    expect(page.get_by_role("heading", level=2)).to_have_text("What it thought")
+    expect(page.get_by_role("heading", level=2)).to_have_text("What it thought")  # and no basket
 
-
-@needs_chromium
-def test_the_replay_of_an_own_domain_names_what_was_done_and_the_state(
-    page: Page, ids: tuple[str, str]
-) -> None:
-    page.goto(f"{page.url}#/replay/{ids[0]}")
+    page.goto(f"{home}#/replay/{ids[0]}")
     expect(page.get_by_role("heading", level=1)).to_have_text("Replay: garden.py")
     expect(page.get_by_role("heading", name="The state")).to_be_visible()
     expect(page.get_by_text("basket")).to_have_count(0)
@@ -80,11 +80,42 @@ def test_the_replay_of_an_own_domain_names_what_was_done_and_the_state(
         "\u2713done: add: pond \u2013 In the garden: pond, walnut tree."
     )
 
-
-@needs_chromium
-def test_only_what_can_go_on_here_is_offered(page: Page, ids: tuple[str, str]) -> None:
-    page.goto(f"{page.url}#/episodes")
+    page.goto(f"{home}#/episodes")
     expect(page.locator(".episodes tbody tr")).to_have_count(2)
     expect(page.get_by_role("link", name="Continue")).to_have_count(0)
     expect(page.get_by_role("cell", name="a program's user")).to_be_visible()
     expect(page.get_by_role("cell", name="garden.py", exact=True)).to_be_visible()
+
+
+def begin_at_home(page: Page) -> None:
+    page.get_by_text("A robot in a home", exact=True).click()
+    begin(page)
+    if (page.viewport_size or {})["width"] < 896:
+        page.locator(".strip").click()
+
+
+@pytest.mark.parametrize("screen", [PHONE, LAPTOP], ids=["phone", "laptop"])
+def test_the_map_fits_the_screen_and_says_what_it_shows(address: str, enter, screen) -> None:
+    page = enter(address, viewport=screen)
+    begin_at_home(page)
+    room = page.get_by_role("img", name="The room at the start. Kitchen1")
+    expect(room).to_be_visible()
+    assert "fridge: " in (room.get_attribute("alt") or "")
+    shown, drawn = room.evaluate("map => [map.clientWidth, map.naturalWidth]")
+    assert 0 < shown <= screen["width"]
+    assert drawn > 0
+    say(page, "put the tomato in the fridge")
+    rounds(page, 1)
+    expect(page.get_by_role("img", name="The room after round 1")).to_be_visible()
+
+
+def test_a_room_that_cannot_be_had_is_said_and_drawn_later(address: str, enter) -> None:
+    page = enter(address, viewport=LAPTOP)
+    page.route("**/picture.svg**", lambda route: route.abort())
+    begin_at_home(page)
+    expect(page.get_by_text("The room could not be drawn.")).to_be_visible()
+    page.unroute("**/picture.svg**")
+    say(page, "open the fridge")
+    rounds(page, 1)
+    expect(page.locator("img.map")).to_be_visible()
+    expect(page.get_by_text("The room could not be drawn.")).to_be_hidden()

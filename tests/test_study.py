@@ -80,12 +80,6 @@ def rate(studies, person, rating, text="because it fits"):
         studies.answer(person, answer.place, given, text, answer.revision + 1)
 
 
-def test_the_example_is_a_study():
-    study = read_plan(EXAMPLE)
-    assert study.name == "grocery"
-    assert study.methods == ("good", "no-goals", "no-inference")
-
-
 GOOD = 'name = "a"\nconsent = "Agree?"\ninstructions = "Rate."\n'
 
 
@@ -256,10 +250,7 @@ def test_alpha_of_krippendorffs_published_example():
     assert krippendorff_alpha(units) == pytest.approx(0.815, abs=5e-4)
 
 
-def test_alpha_by_hand():
-    # Values 0, 0, 0, 1 in pairs (0, 0), (0, 1): coincidences o00 = 2, o01 = o10 = 1, n = (3, 1).
-    # The distance is (3/2 + 1/2)^2 = 4 for both; 1 - (4 - 1) (2 * 4) / (2 * 3 * 1 * 4) = 0.
-    assert krippendorff_alpha([[0, 0], [0, 1], [3]]) == pytest.approx(0)
+def test_alpha_is_one_where_all_agree_and_unknown_without_a_difference():
     assert krippendorff_alpha([[0, 0, 0], [3, 3]]) == pytest.approx(1)
     assert krippendorff_alpha([[2, 2], [2, 2]]) is None
     assert krippendorff_alpha([[1], [2], []]) is None
@@ -380,6 +371,5 @@ def test_a_report_shows_what_people_said(tmp_path):
         fill(store)
         StudyStore(store).add(PLAN)
     (section,) = read_report(file, draw=False).sections
-    assert [table.title for table in section.tables[1:]] == [
-        "Study s: how far it is", "Study s: methods",
-    ]  # fmt: skip
+    titles = [table.title for table in section.tables[1:]]
+    assert titles == ["Study s: how far it is", "Study s: methods"]

@@ -157,16 +157,7 @@ def test_by_keyboard_alone(file: Path, address: str, enter) -> None:
     expect(page.get_by_role("heading", name=re.compile("^Question 2"))).to_be_focused()
 
 
-def test_each_rating_has_words(address: str, enter) -> None:
-    page = enter(address)
-    page.get_by_role("checkbox").check()
-    page.get_by_role("button", name="Take part").click()
-    page.get_by_role("link", name="Go to the questions").click()
-    for rating, words in enumerate(("least", "less", "more", "most")):
-        expect(page.get_by_role("radio", name=f"{rating} {words} reasonable")).to_be_visible()
-
-
-def test_each_list_stands_below_its_own_line(tmp_path: Path, enter) -> None:
+def test_each_rating_has_words_and_each_list_its_own_line(tmp_path: Path, enter) -> None:
     told = "It did this:\n- open: safe\nIn the end:\n- safe: open"
     with Store.open(tmp_path / "listed.db") as store:
         fill(store)
@@ -183,6 +174,8 @@ def test_each_list_stands_below_its_own_line(tmp_path: Path, enter) -> None:
         page.get_by_role("link", name="Go to the questions").click()
         lines = page.locator(".outcome :is(p, li)")
         expect(lines).to_have_text(["It did this:", "open: safe", "In the end:", "safe: open"])
+        for rating, words in enumerate(("least", "less", "more", "most")):
+            expect(page.get_by_role("radio", name=f"{rating} {words} reasonable")).to_be_visible()
 
 
 def test_an_address_without_a_study_is_answered_in_a_sentence(address: str, browser) -> None:

@@ -172,22 +172,18 @@ def test_who_comes_too_late_is_told_before_they_agree(tmp_path: Path, visit) -> 
         fill(store)
         studies = StudyStore(store)
         study = studies.add(replace(WEB, ratings_per_item=1))
-        closed = studies.add(replace(WEB, name="closed"))
         with site(tmp_path / "episodes.db") as address:
             ann, ben, cleo = (visit(address) for _ in range(3))
             for each in (ann, ben):
                 assert each.get(HOME)["over"] == ""
                 each.post(f"{HOME}/consent", agreed=True)
             assert "all the ratings" in cleo.get(HOME)["over"]
+            studies.close(study)
+            assert "is closed" in cleo.get(HOME)["over"]
+            refused = cleo.http.post(f"{HOME}/consent", json={"agreed": True})
+            assert (refused.status_code, "is closed" in refused.json()["error"]) == (409, True)
             assert ann.get(HOME)["over"] == ""
             assert put(ann, 1, 2, 1).status_code == 200
-            home = "/api/studies/closed"
-            ann.post(f"{home}/consent", agreed=True)
-            studies.close(closed)
-            assert "is closed" in cleo.get(home)["over"]
-            refused = cleo.http.post(f"{home}/consent", json={"agreed": True})
-            assert (refused.status_code, "is closed" in refused.json()["error"]) == (409, True)
-            assert put(ann, 1, 2, 1, home=home).status_code == 200
             studies.delete(study)
             assert ann.http.get(HOME).status_code == 404
             assert put(ann, 1, 3, 2).status_code == 404

@@ -13,7 +13,7 @@ import pytest
 from fakes import WordModel
 from goalscope.agent.round import Round
 from goalscope.agent.settings import Settings
-from goalscope.base.types import Action, GoalscopeError, StepResult, Turn
+from goalscope.base.types import TRACKING, Action, GoalscopeError, StepResult, Turn
 from goalscope.belief.belief import Belief
 from goalscope.storage.store import Store
 from goalscope.web.app import room_picture
@@ -214,12 +214,18 @@ def test_what_cannot_go_on_here_is_only_shown(tmp_path: Path, visit) -> None:
     with Store.open(tmp_path / "episodes.db") as store:
         ids = [
             store.begin(**begun | changes, settings=asdict(Settings()))
-            for changes in ({}, {"profile": "baker"}, {"model": "other"}, {"domain": "/my.py"})
+            for changes in (
+                {},
+                {"profile": "baker"},
+                {"model": "other"},
+                {"domain": "/my.py"},
+                {"domain": TRACKING},
+            )
         ]
     with site(tmp_path / "episodes.db") as address:
         ann = visit(address)
         shown = [ann.get(f"/api/episodes/{id}")["live"] for id in ids]
-        assert [bool(live) for live in shown] == [True, False, False, False]
+        assert [bool(live) for live in shown] == [True, False, False, False, False]
         for id in ids[1:]:
             said = {"text": "hi", "round": 1}
             answer = ann.http.post(f"/api/episodes/{id}/utterances", json=said)

@@ -178,19 +178,6 @@ def test_nobody_without_the_key_reaches_a_session(program: Program, address: str
     assert "no tracking session" in program.ask("observe", session=shop, utterance=SAID)
 
 
-def test_the_page_lists_and_shows_a_session_and_does_not_go_on_with_it(program: Program) -> None:
-    id = program.ask("open_session", task=TASK, goals=GOALS)["id"]
-    program.ask("observe", session=id, utterance=SAID)
-    listed = program.get("/api/episodes", params={"text": "big cake"}).json()["episodes"]
-    assert id in {each["id"] for each in listed if each["domain"] == "tracking"}
-    shown = program.get(f"/api/episodes/{id}").json()
-    assert shown["live"] is None
-    assert shown["rounds"][0]["belief"]["goals"][0]["text"] == "bake a cake"
-    assert program.get(f"/api/episodes/{id}/picture.svg?round=1").status_code == 400
-    answer = program.post(f"/api/episodes/{id}/utterances", json={"text": "hi", "round": 2})
-    assert answer.status_code == 409
-
-
 class Slow(WordModel):
     """Scores what is slow only when it may."""
 

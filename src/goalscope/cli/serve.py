@@ -16,7 +16,6 @@ from goalscope.cli.options import (
     CalibrationName,
     Model,
     Scorer,
-    Seed,
     StoreFile,
     Tokenizer,
     Writer,
@@ -85,7 +84,6 @@ def serve(
     scorer: Scorer = None,
     tokenizer: Tokenizer = None,
     adapter: Adapter = None,
-    seed: Seed = 0,
     store: StoreFile = None,
 ) -> None:
     """Serve the web page: chat, watch the belief, correct it.
@@ -98,9 +96,8 @@ def serve(
     from goalscope.base.optional_packages import package
     from goalscope.storage.store import Store
 
-    for each in ("fastapi", "uvicorn"):
-        package(each, "The web page needs", GoalscopeError)
-    import uvicorn
+    package("fastapi", "The web page needs", GoalscopeError)
+    uvicorn = package("uvicorn", "The web page needs", GoalscopeError)
 
     from goalscope.web.app import create_app
     from goalscope.web.guard import Guard
@@ -124,11 +121,8 @@ def serve(
         reached = {"127.0.0.1", "localhost", "[::1]", shown}
         names = {f"{each}:{port}" for each in reached} | (reached if port == 80 else set[str]())
         key, file = (key, None) if key else kept_key()
-        settings = Settings(**model_names(model, generator, scorer, tokenizer, adapter), seed=seed)
-        with (
-            Store.open(store) as episodes,
-            settings_model(settings) as engine,
-        ):
+        settings = Settings(**model_names(model, generator, scorer, tokenizer, adapter))
+        with Store.open(store) as episodes, settings_model(settings) as engine:
             app = create_app(episodes, engine, settings)
             guarded = Guard(app, hosts=names | {*(name or ())}, key=key)
             out = console()
@@ -158,7 +152,6 @@ def mcp(
     tokenizer: Tokenizer = None,
     adapter: Adapter = None,
     calibration: CalibrationName = None,
-    seed: Seed = 0,
     store: StoreFile = None,
 ) -> None:
     """Serve goal tracking to an assistant over the Model Context Protocol (stdin and stdout).
@@ -177,7 +170,7 @@ def mcp(
     from goalscope.web.mcp import create_server
 
     names = model_names(model, generator, scorer, tokenizer, adapter)
-    settings = Settings(**names, calibration=calibration_file(calibration), seed=seed)
+    settings = Settings(**names, calibration=calibration_file(calibration))
     with Store.open(store) as episodes, ExitStack() as later:
 
         @cache

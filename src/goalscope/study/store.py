@@ -334,11 +334,7 @@ def _participants(connection: Connection, study: Study) -> list[Participant]:
 
 def _read(connection: Connection, people: Select[Any]) -> list[Participant]:
     rows = connection.execute(people).all()
-    query = _answers()
-    if len(rows) == 1:
-        query = query.where(ANSWERS.c.participant == rows[0].number)
-    else:
-        query = query.where(ITEMS.c.study.in_({row.study for row in rows}))
+    query = _answers().where(ANSWERS.c.participant.in_([row.number for row in rows]))
     answers: dict[int, list[Answer]] = {}
     for row in connection.execute(query.order_by(ANSWERS.c.place)):
         answers.setdefault(row.participant, []).append(_read_answer(row))

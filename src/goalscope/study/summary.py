@@ -176,21 +176,11 @@ def _interval(group: Sequence[Rated], *, seed: int = 0) -> Interval | None:
         return None
     rng = np.random.default_rng(seed)
     drawn = rng.multinomial(len(people), np.full(len(people), 1 / len(people)), RESAMPLES)
-    counts = drawn @ ~np.isnan(given)
-    sums = drawn @ np.nan_to_num(given) / BEST
-    of_episodes = np.divide(sums, counts, np.full(sums.shape, np.nan), where=counts > 0)
     names = np.array([each.info.profile or each.info.id for each in rated])
-    of_profiles = [_means(of_episodes[:, names == name], 1) for name in np.unique(names)]
-    low, high = np.quantile(_means(np.stack(of_profiles), 0), (0.025, 0.975))
+    ratings = np.ma.divide(drawn @ np.nan_to_num(given), drawn @ ~np.isnan(given)) / BEST
+    profiles = np.ma.stack([ratings[:, names == name].mean(1) for name in np.unique(names)])
+    low, high = np.quantile(profiles.mean(0).compressed(), (0.025, 0.975))
     return Interval(float(low), float(high))
-
-
-def _means(values: Array, axis: int) -> Array:
-    """The mean of the known values; NaN if there are none."""
-    known = ~np.isnan(values)
-    count = known.sum(axis)
-    total: Array = np.where(known, values, 0.0).sum(axis)
-    return np.divide(total, count, np.full_like(total, np.nan), where=count > 0)
 
 
 def krippendorff_alpha(units: Sequence[Sequence[int]]) -> float | None:

@@ -107,7 +107,8 @@ class RoundView(BaseModel):
     """One round: words, belief and actions.
 
     `understood` is how the words were read, one order each. `state` is the fingerprint of the state
-    after the round. The page shows `belief_note` beside the belief, and `notes` below the actions.
+    after the round. The page shows `belief_note` beside the belief, or in place of one that was not
+    inferred, and `notes` below the actions.
     """
 
     number: int
@@ -128,26 +129,21 @@ class RoundView(BaseModel):
     @classmethod
     def of(cls, round: episodes.Round) -> RoundView:
         """The view of a round."""
+        order: list[str] = []
+        if round.belief.goals and not round.belief.inferred:
+            ranked = (goal.text.rstrip(".") for goal, _ in round.belief.top())
+            order.append(f"The model's order of the goals: {'; '.join(ranked)}.")
         values = {each.name: getattr(round, each.name) for each in fields(round)}
         values |= {
             "query": round.turn.query,
             "utterance": round.turn.utterance,
             "understood": map(order_in_words, round.reading.orders) if round.reading else (),
             "belief": BeliefView.of(round.belief) if round.belief.inferred else None,
-            "belief_note": _belief_note(round),
+            "belief_note": " ".join([*order, *(each for each in round.notes if each == NO_GOAL)]),
             "actions": round.results,
             "notes": [note for note in round.notes if note != NO_GOAL],
         }
         return cls.model_validate(values)
-
-
-def _belief_note(round: episodes.Round) -> str:
-    """What is shown beside the belief, or in place of one that was not inferred."""
-    order: list[str] = []
-    if round.belief.goals and not round.belief.inferred:
-        ranked = (goal.text.rstrip(".") for goal, _ in round.belief.top())
-        order.append(f"The model's order of the goals: {'; '.join(ranked)}.")
-    return " ".join([*order, *(note for note in round.notes if note == NO_GOAL)])
 
 
 class EpisodeView(BaseModel, from_attributes=True):
