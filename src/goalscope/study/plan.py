@@ -3,17 +3,17 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Annotated, Any, Literal
+from typing import Annotated, Literal
 
 from annotated_types import Interval, Len, Predicate
 
 from goalscope.agent.agent import Method
 from goalscope.agent.round import Round
 from goalscope.agent.settings import settings_of
-from goalscope.base.inputs import read_toml, shown, validated
+from goalscope.base.inputs import read_toml, shown
 from goalscope.base.types import InvalidInputError, Turn
 from goalscope.envs.registry import BUILT_IN, BuiltIn, domain_named, profile_named
 from goalscope.storage.store import EpisodeInfo, Store
@@ -89,15 +89,6 @@ def read_plan(file: Path) -> Plan:
         InvalidInputError: The file cannot be read, or has an unknown key or value.
     """
     return read_toml(file, Plan)
-
-
-def plan_of(table: Mapping[str, Any], label: str) -> Plan:
-    """Read a study from a table of JSON; `label` names the table in messages.
-
-    Raises:
-        InvalidInputError: The table is invalid.
-    """
-    return validated(table, Plan, label)
 
 
 @dataclass(frozen=True, slots=True)

@@ -12,11 +12,11 @@ from typing import Any
 from sqlalchemy import ColumnElement, Connection, Row, Select, and_, or_, select
 from sqlalchemy.exc import IntegrityError
 
-from goalscope.base.inputs import nearest
+from goalscope.base.inputs import nearest, validated
 from goalscope.base.types import ConflictError, InvalidInputError, Turn
 from goalscope.storage.store import Store, dumps
 from goalscope.storage.tables import ANSWERS, ITEMS, PARTICIPANTS, STUDIES
-from goalscope.study.plan import Item, Plan, chosen_episodes, item_of, plan_of
+from goalscope.study.plan import Item, Plan, chosen_episodes, item_of
 
 HOLD = timedelta(hours=1)
 """How long items stay reserved for a participant who has not finished."""
@@ -376,7 +376,7 @@ def _read_item(row: Row[Any]) -> Item:
 
 
 def _read_study(row: Row[Any]) -> Study:
-    plan = plan_of(json.loads(row.plan), f"The study {row.name}")
+    plan = validated(json.loads(row.plan), Plan, f"The study {row.name}")
     return Study(row.number, row.created, plan, row.closed)
 
 

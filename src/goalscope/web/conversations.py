@@ -44,7 +44,8 @@ MAX_LENGTH = 2000
 MAX_OPEN = 100
 """Number of conversations beyond which idle ones are closed; they stay in the store."""
 
-Event = tuple[Literal["live", "round", "ended"], BaseModel]
+Kind = Literal["live", "round", "ended"]
+Event = tuple[Kind, BaseModel]
 
 
 class Conversation:
@@ -175,7 +176,7 @@ class Conversation:
         self._submit(lambda: self._step(query, text, confirmed))
         return self.live()
 
-    def correct(self, kind: Correction, goal: str, text: str = "") -> Future[None]:
+    def correct(self, kind: Correction, goal: str, text: str = "") -> Future[object]:
         """See `Agent.correct`; a goal that is new must be scored first.
 
         Raises:
@@ -186,7 +187,7 @@ class Conversation:
         text = text and checked_text(text, "goal", MAX_LENGTH)
         return self._change(lambda: self._session.correct(kind, Goal(goal), text))
 
-    def undo_correction(self) -> Future[None]:
+    def undo_correction(self) -> Future[object]:
         """See `Agent.undo_correction`.
 
         Raises:
@@ -240,12 +241,9 @@ class Conversation:
         session.begin()  # its page is found by the id
         return session
 
-    def _change(self, change: Callable[[], object]) -> Future[None]:
-        def work() -> None:
-            change()
-
+    def _change(self, change: Callable[[], object]) -> Future[object]:
         self._claim("weighing what you say")
-        return self._submit(work)
+        return self._submit(change)
 
     def _claim(self, step: str, utterance: str | None = None) -> None:
         """Block other steps of this conversation until this one is done."""
@@ -307,9 +305,7 @@ class Conversation:
             self._state = self._changed(version=self._state.version + 1, **changes)
             self._publish("live", self.live)
 
-    def _publish(
-        self, kind: Literal["live", "round", "ended"], view: Callable[[], BaseModel]
-    ) -> None:
+    def _publish(self, kind: Kind, view: Callable[[], BaseModel]) -> None:
         with self._lock:
             if self._listeners:
                 event = kind, view()
