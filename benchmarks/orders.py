@@ -21,7 +21,7 @@ from typing import cast
 import typer
 
 from goalscope.agent.settings import Settings
-from goalscope.base.inputs import is_list, shown
+from goalscope.base.inputs import shown
 from goalscope.base.text import terminal_safe
 from goalscope.base.types import InvalidInputError, Turn, UnreadableAnswerError
 from goalscope.cli.options import Json, Model, ReadingAdapter, ReadingForm
@@ -194,10 +194,13 @@ def _follow(counter: Counter, orders: Iterable[Order], standing: DialogueState, 
 
 def _said(row: Row) -> Iterator[tuple[bool, str]]:
     for turn in row.entries("turns"):
-        if not is_list(turn, str) or len(cast("list[str]", turn)) != 2:
-            raise InvalidInputError(f"{row.label}: a turn must be two texts, not {shown(turn)}.")
-        speaker, text = cast("list[str]", turn)
-        yield speaker == "user", text
+        match turn:
+            case [str(speaker), str(text)]:
+                yield speaker == "user", text
+            case _:
+                raise InvalidInputError(
+                    f"{row.label}: a turn must be two texts, not {shown(turn)}."
+                )
 
 
 def _cups(counter: Counter) -> Cups:

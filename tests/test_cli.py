@@ -73,8 +73,8 @@ def test_what_cannot_be_found_is_said_in_one_line(shop, tmp_path):
     [
         ("{not json", "line 2"),
         ("[]", "expected a JSON object, got []. A line is a dialogue: {"),
-        ({**ROW, "id": "a"}, "line 1"),
-        ({**ROW, "id": "b", "goals": ["x", 7]}, "'goals' must be a list of texts"),
+        ({**ROW, "id": "a"}, "another line has the id 'a'"),
+        ({**ROW, "id": "b", "goals": ["x", 7]}, "must be a text, not 7"),
         ({**ROW, "id": "b", "goals": ["x", " unspecified."]}, "always counts besides"),
     ],
 )
@@ -105,7 +105,12 @@ def test_infer_writes_a_belief_per_turn(tmp_path):
     assert (said.exit_code, said.stdout) == (0, "")
     assert said.stderr.splitlines() == [f"{out}: 2 dialogues, 4 turns"]  # and no bar
     lines = [json.loads(line) for line in out.read_text().splitlines()]
-    assert [(line["id"], line["turn"]) for line in lines] == [("a", 1), ("a", 2), (2, 1), (2, 2)]
+    assert [(line["id"], line["turn"]) for line in lines] == [
+        ("a", 1),
+        ("a", 2),
+        ("2", 1),
+        ("2", 2),
+    ]
     assert lines[2]["goals"] == ["cook soup"]
     assert {line["settings"]["model"] for line in lines} == {"SmolLM2-135M-Instruct"}
     first, second = lines[:2]
@@ -124,7 +129,7 @@ def test_infer_writes_a_belief_per_turn(tmp_path):
     assert first["unspecified_log_likelihood"] < 0
 
     whole = out.read_text()
-    out.write_text(whole[: whole.index('{"id": 2') + 3])
+    out.write_text(whole[: whole.index('{"id": "2"') + 3])
     assert run("infer", file, "--out", out).exit_code == 0
     assert out.read_text() == whole
 

@@ -27,7 +27,6 @@ import goalscope
 from commands import run
 from goalscope.cli.main import app
 from goalscope.datasets import read_cases
-from goalscope.datasets.case import read_dialogues
 from goalscope.envs import grocery, house
 from goalscope.experiment.plan import read_experiment
 from goalscope.study.plan import read_plan
@@ -49,7 +48,7 @@ QUICK = (
 )  # fmt: skip
 """Commands that need no more than what a page gives them, and some seconds."""
 READERS: dict[str, Callable[[Path], Any]] = {
-    "dialogues.jsonl": read_dialogues,
+    "dialogues.jsonl": lambda file: read_cases(file, labelled=False),
     "experiment.toml": read_experiment,
     "mine.toml": read_experiment,
     "own.jsonl": read_cases,

@@ -20,7 +20,7 @@ from goalscope.agent.toolkit import toolkit_of
 from goalscope.base.types import UNSPECIFIED, Goal, GoalscopeError, UnreadableAnswerError
 from goalscope.belief.calibration import DEFAULT, calibration_named
 from goalscope.belief.goal_manager import propose
-from goalscope.datasets.case import read_dialogues
+from goalscope.datasets.case import read_cases
 from goalscope.envs import grocery, house
 from goalscope.envs.grocery import Catalogue, GroceryShop
 from goalscope.envs.grocery.profiles import checks_met
@@ -195,7 +195,7 @@ ENTRIES: dict[str, tuple[Callable[[bytes], object], list[bytes]]] = {
     "scene": (read_metadata, [json.dumps(SCENE).encode()]),
     "room": (read_room, [ROOM]),
     "dialogues": (
-        lambda data: read_dialogues(kept("dialogues.jsonl", data)),
+        lambda data: read_cases(kept("dialogues.jsonl", data), labelled=False),
         [json.dumps(DIALOGUE).encode() + b"\n\n"],
     ),
     "profiles": (read_profiles, [PROFILES, HOME_PROFILES]),

@@ -26,7 +26,7 @@ from fakes import WordModel
 from goalscope.base.types import GoalscopeError, InvalidInputError
 from goalscope.belief.calibration import DEFAULT, calibration_named, keep_calibration
 from goalscope.belief.likelihood import RolePlay
-from goalscope.datasets.case import read_dialogues
+from goalscope.datasets.case import read_cases
 from goalscope.experiment import measure as measuring
 from goalscope.experiment.infer import infer, trim_output
 from goalscope.experiment.plan import read_experiment, specs_of
@@ -146,7 +146,7 @@ def test_beliefs_in_a_file_survive_a_tear_at_every_byte(
     ]
     file, out = tmp_path / "in.jsonl", tmp_path / "out.jsonl"
     file.write_text("".join(json.dumps(row) + "\n" for row in rows))
-    dialogues = read_dialogues(file)
+    dialogues = read_cases(file, labelled=False)
 
     def go_on() -> int:
         left = trim_output(out, dialogues, SETTINGS)
@@ -154,7 +154,7 @@ def test_beliefs_in_a_file_survive_a_tear_at_every_byte(
 
     assert go_on() == 2
     whole = out.read_bytes()
-    start = whole.index(b'{"id": 1')  # a dialogue is written at once, two lines
+    start = whole.index(b'{"id": "1"')  # a dialogue is written at once, two lines
     for size in range(start, len(whole) + 1):
         out.write_bytes(whole[:size])
         assert go_on() == (size < len(whole))

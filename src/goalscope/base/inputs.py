@@ -16,7 +16,7 @@ from importlib.resources.abc import Traversable
 from pathlib import Path
 from reprlib import Repr
 from types import GenericAlias
-from typing import TYPE_CHECKING, Any, NamedTuple, TypeVar, cast
+from typing import TYPE_CHECKING, Any, Literal, NamedTuple, TypeVar, cast
 
 from goalscope.base.types import InvalidInputError, Profile
 
@@ -97,24 +97,25 @@ def read_toml(source: Path | Traversable, kind: type[T]) -> T:
     return validated(read_table(source), kind, source.name)
 
 
-def validated(data: object, kind: type[T], label: str) -> T:
+def validated(data: object, kind: type[T], label: str, *, ignore_extra: bool = False) -> T:
     """The values of TOML or JSON as a `kind`: a dataclass, a pydantic model, a tuple of such.
 
     Lists become tuples and tables become classes; nothing else is converted, and no key may be
-    unknown. Limits stand in the annotations, such as `Annotated[int, annotated_types.Ge(1)]`. A
-    `ValueError` of a `__post_init__` or a validator is reported with its place.
+    unknown unless `ignore_extra` is set. Limits stand in the annotations, such as
+    `Annotated[int, annotated_types.Ge(1)]`. A `ValueError` of a `__post_init__` or a validator is reported with its place.
 
     Args:
         data: What was parsed from the file.
         kind: What to make of it.
         label: What errors call the data, such as the name of the file.
+        ignore_extra: Whether to pass over unknown keys.
 
     Raises:
         InvalidInputError: The data is not of this kind.
     """
     from pydantic import ValidationError
 
-    adapter = _adapter(kind)
+    adapter = _adapter(kind, "ignore" if ignore_extra else "forbid")
     try:
         text = json.dumps([data], default=str)  # TOML has dates
         return adapter.validate_json(text, strict=True)[0]
@@ -127,12 +128,12 @@ def validated(data: object, kind: type[T], label: str) -> T:
 
 
 @cache
-def _adapter(kind: Any) -> TypeAdapter[Any]:
+def _adapter(kind: Any, extra: Literal["ignore", "forbid"]) -> TypeAdapter[Any]:
     from pydantic import TypeAdapter
 
     # Only from outside does a configuration reach a plain dataclass: hence the tuple.
     alone: Any = GenericAlias(tuple, (kind,))
-    return TypeAdapter[Any](alone, config={"extra": "forbid", "allow_inf_nan": False})
+    return TypeAdapter[Any](alone, config={"extra": extra, "allow_inf_nan": False})
 
 
 class _Place(NamedTuple):
@@ -299,10 +300,3 @@ def read_profiles(
             if examine:
                 examine(check, f"{label}, check {number}")
     return profiles
-
-
-def is_list(value: object, kind: type) -> bool:
-    """Whether `value` is a list of nothing but `kind`."""
-    return isinstance(value, list) and all(
-        isinstance(entry, kind) for entry in cast("list[object]", value)
-    )

@@ -20,8 +20,6 @@ from goalscope.cli.options import (
 )
 from goalscope.cli.terminal import console, model_names, opened_model, progress
 
-__all__ = ["infer"]
-
 
 def infer(
     file: Annotated[
@@ -53,7 +51,7 @@ def infer(
     from goalscope.base.text import model_shown, terminal_safe
     from goalscope.belief.calibration import calibration_named
     from goalscope.belief.likelihood import RolePlay
-    from goalscope.datasets.case import read_dialogues
+    from goalscope.datasets.case import read_cases
     from goalscope.experiment.infer import infer as infer_dialogues
     from goalscope.experiment.infer import trim_output
     from goalscope.experiment.measure import hashes_of, own_identity
@@ -68,8 +66,8 @@ def infer(
     given = calibration_named(calibration) if calibration else None
     own = None if likelihood is None else load_likelihood(likelihood)
     chosen = Settings(likelihood=own, layout=layout)
-    dialogues = read_dialogues(file)
-    cut: list[str | int] = []
+    dialogues = read_cases(file, labelled=False)
+    cut: list[str] = []
     names = model_names(model, tokenizer=tokenizer, adapter=adapter)
     with opened_model(names) as engine:
         evidence = likelihood_for(chosen, engine)

@@ -6,12 +6,29 @@ import hashlib
 import json
 from collections.abc import Iterable
 from dataclasses import asdict, dataclass
+from functools import partial
 from pathlib import Path
-from typing import Any
+from typing import Annotated, Any
 
-from goalscope.base.inputs import nearest, shown
-from goalscope.base.types import UNSPECIFIED, Goal, InvalidInputError, Turn, canonical, distinct
-from goalscope.datasets.files import Row, own_rows
+from annotated_types import MinLen
+from pydantic import AfterValidator
+
+from goalscope.base.inputs import nearest, shown, validated
+from goalscope.base.types import (
+    UNSPECIFIED,
+    Goal,
+    InvalidInputError,
+    Turn,
+    canonical,
+    checked_text,
+    distinct,
+)
+from goalscope.datasets.files import Row, line_rows
+
+Text = Annotated[str, AfterValidator(partial(checked_text, what="text"))]
+Query = Annotated[
+    str, AfterValidator(lambda text: checked_text(text, "query") if text.strip() else "")
+]
 
 OPENING = "Hello, how can I help you?"
 """What the assistant is taken to have said where the person speaks first."""
@@ -26,8 +43,8 @@ class Case:
         group: Cases of one group share a dialogue or people: intervals resample groups.
         task: The assistant's task.
         turns: At least one.
-        goals: Distinct, the true one among them.
-        truth: Index of the true goal.
+        goals: Distinct; `UNSPECIFIED` is none of them.
+        truth: Index of the true goal; None if it is unknown.
     """
 
     id: str
@@ -35,7 +52,18 @@ class Case:
     task: str
     turns: tuple[Turn, ...]
     goals: tuple[Goal, ...]
-    truth: int
+    truth: int | None
+
+    @property
+    def true_goal(self) -> Goal:
+        """The true goal.
+
+        Raises:
+            InvalidInputError: It is unknown.
+        """
+        if self.truth is None:
+            raise InvalidInputError(f"The true goal of the dialogue {shown(self.id)} is unknown.")
+        return self.goals[self.truth]
 
 
 def case_to_json(case: Case) -> dict[str, Any]:
@@ -84,66 +112,48 @@ EXPORT = "`goalscope data export SET` writes such a file of a public dataset."
 
 
 @dataclass(frozen=True, slots=True)
-class Dialogue:
-    """A dialogue and the goals that are possible in it.
+class _Turn:
+    query: Query
+    utterance: Text
 
-    Attributes:
-        row: Of the file.
-        id: Of its own within the file.
-        task: The assistant's task.
-        turns: At least one.
-        goals: Distinct, at least one; `UNSPECIFIED` is none of them.
-    """
 
-    row: Row
+@dataclass(frozen=True, slots=True)
+class _Line:
     id: str | int
-    task: str
-    turns: tuple[Turn, ...]
-    goals: tuple[Goal, ...]
+    task: Text
+    turns: Annotated[tuple[_Turn, ...], MinLen(1)]
+    goals: Annotated[tuple[Text, ...], MinLen(1)]
+    true: str | int | None = None
+    group: str | int | None = None
 
 
-def read_dialogues(file: Path) -> list[Dialogue]:
+def read_cases(file: Path, *, labelled: bool = True) -> list[Case]:
     """Read and check a whole file, so that a broken row is found before the work begins.
 
-    A row is `{"id", "task", "turns": [{"query", "utterance"}, ...], "goals": [...]}`. Other keys
-    are ignored, and so are blank lines; goals that differ only in case, spaces or the mark at the
-    end merge.
+    A row is `{"id", "task", "turns": [{"query", "utterance"}, ...], "goals": [...], "true"}`, where
+    "true" is the text of one of the goals, or its place from 0. Rows with one `"group"` share a
+    dialogue or people; without it, a row is its own group. Other keys are ignored, and so are blank
+    lines.
+
+    Args:
+        file: JSON Lines.
+        labelled: Whether rows have a true goal. Without one, goals that differ only in case, spaces
+            or final punctuation merge.
 
     Raises:
         InvalidInputError: The file cannot be read or is empty, or a row cannot be used; names the
             line.
     """
-    dialogues: list[Dialogue] = []
-    places: dict[str | int, str] = {}
-    for row in own_rows(file, f"{EXPECTED} {EXPORT}"):
-        dialogue = _dialogue(row)
-        if dialogue.id in places:
-            raise InvalidInputError(
-                f"{row.label}: the id {shown(dialogue.id)} is also that of {places[dialogue.id]}."
-            )
-        places[dialogue.id] = row.label
-        dialogues.append(dialogue)
-    if not dialogues:
-        raise InvalidInputError(f"{file} holds no row. {EXPECTED}")
-    return dialogues
-
-
-def read_cases(file: Path) -> list[Case]:
-    """Read and check a whole file of rows as `read_dialogues` does, with the true goal.
-
-    Under "true" stands the text of one of the goals, or its place from 0. Rows with one `"group"`
-    share a dialogue or people; without it, each row is its own group.
-
-    Raises:
-        InvalidInputError: The file cannot be read, or a row cannot be used; names the line.
-    """
     cases: dict[str, Case] = {}
-    for dialogue in read_dialogues(file):
-        case = _case(dialogue)
+    for row in line_rows(file, f"{EXPECTED} {EXPORT}"):
+        case = _case(row, labelled=labelled)
         if case.id in cases:
-            label = dialogue.row.label
-            raise InvalidInputError(f"{label}: the id {shown(case.id)} is that of another line.")
+            raise InvalidInputError(
+                f"{row.label}: another line has the id {shown(case.id)}, too. Change one of them."
+            )
         cases[case.id] = case
+    if not cases:
+        raise InvalidInputError(f"{file} holds no row. {EXPECTED}")
     return [*cases.values()]
 
 
@@ -165,45 +175,39 @@ def write_cases(cases: Iterable[Case], file: Path) -> None:
         raise InvalidInputError(f"Cannot write {file}: {error.strerror or error}.") from error
 
 
-def _dialogue(row: Row) -> Dialogue:
-    turns = tuple(
-        Turn(turn.text("query", empty=True), turn.text("utterance")) for turn in row.rows("turns")
-    )
-    if not turns:
-        raise InvalidInputError(f"{row.label}: 'turns' must hold at least one turn.")
-    goals = tuple(distinct(map(Goal, row.texts("goals", empty=False))))
+def _case(row: Row, *, labelled: bool) -> Case:
+    line, label = validated(row.values, _Line, row.label, ignore_extra=True), row.label
+    turns = tuple(Turn(turn.query, turn.utterance) for turn in line.turns)
+    goals = tuple(distinct(map(Goal, line.goals)))
     if UNSPECIFIED in goals:
         raise InvalidInputError(
-            f'{row.label}: the goal "Unspecified" always counts besides; leave it out.'
+            f'{label}: the goal "Unspecified" always counts besides; leave it out.'
         )
-    return Dialogue(row, row.name("id"), row.text("task"), turns, goals)
+    group = line.id if line.group is None else line.group
+    truth = _truth(line, goals, label) if labelled else None
+    return Case(str(line.id), str(group), line.task, turns, goals, truth)
 
 
-def _case(dialogue: Dialogue) -> Case:
-    row, label = dialogue.row, dialogue.row.label
-    texts = [goal.text for goal in dialogue.goals]
-    given = len(row.entries("goals"))
-    if given < 2:
+def _truth(line: _Line, goals: tuple[Goal, ...], label: str) -> int:
+    """The index of the true goal."""
+    if len(line.goals) < 2:
         raise InvalidInputError(f"{label}: there is one goal; expected at least two.")
-    if len(texts) < given:
+    if len(goals) < len(line.goals):
         raise InvalidInputError(
-            f"{label}: two of the goals are the same, or differ in case or in the mark at the end "
-            "alone. Leave out one."
+            f"{label}: two of the goals are the same, or differ only in case or final punctuation. "
+            "Leave out one."
         )
-    goal = row.values.get("true")
-    if isinstance(goal, int) and not isinstance(goal, bool) and 0 <= goal < len(texts):
-        goal = texts[goal]
+    texts, goal = [goal.text for goal in goals], line.true
+    if isinstance(goal, int) and 0 <= goal < len(texts):
+        return goal
     if not isinstance(goal, str):
         raise InvalidInputError(
             f'{label}: expected the true goal under "true", the text of one of the goals or its '
             f"place among them, counted from 0; got {shown(goal)}."
         )
-    same = [place for place, text in enumerate(texts) if canonical(text) == canonical(goal)]
-    if not same:
+    keys = [*map(canonical, texts)]
+    if canonical(goal) not in keys:
         raise InvalidInputError(
             f"{label}: the true goal {shown(goal)} is none of the goals; {nearest(goal, texts)}"
         )
-    group = row.name("group") if "group" in row.values else dialogue.id
-    (place,) = same
-    id = str(dialogue.id)
-    return Case(id, str(group), dialogue.task, dialogue.turns, dialogue.goals, place)
+    return keys.index(canonical(goal))

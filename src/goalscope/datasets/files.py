@@ -8,14 +8,13 @@ import zlib
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from types import UnionType
 from typing import Any, cast
 
 from goalscope.base.inputs import RepeatedKeyError, parse_json, shown
 from goalscope.base.types import InvalidInputError, checked_text
 
 LARGEST_FILE = 1 << 30  # bytes, unpacked
-LONGEST_LINE = 1 << 26  # characters
+LONGEST_LINE = 1 << 26  # bytes
 
 
 @dataclass(frozen=True, slots=True)
@@ -41,26 +40,12 @@ class Row:
         """The list under `key`."""
         return self._need(key, list, "a list")
 
-    def name(self, key: str) -> str | int:
-        """What names something under `key`: a text, or a whole number."""
-        value = self._need(key, str | int, "a text or a whole number")
-        if isinstance(value, bool):
-            raise InvalidInputError(f"{self.label}: {shown(key)} must be a text or a whole number.")
-        return value
-
-    def texts(self, key: str, *, empty: bool = True) -> list[str]:
-        """The list of texts under `key`: without blank ones, or with at least one and none blank.
-
-        Args:
-            key: Of the row.
-            empty: Whether blank texts, and an empty list, are allowed.
-        """
+    def texts(self, key: str) -> list[str]:
+        """The list of texts under `key`, without blank ones."""
         values = self._need(key, list, "a list of texts")
         if not all(isinstance(value, str) for value in values):
             raise InvalidInputError(f"{self.label}: {key!r} must be a list of texts.")
-        if not (values or empty):
-            raise InvalidInputError(f"{self.label}: {key!r} must hold at least one text.")
-        return [self._checked(value, key) for value in values if value.strip() or not empty]
+        return [self._checked(value, key) for value in values if value.strip()]
 
     def row(self, key: str) -> Row:
         """The object under `key`."""
@@ -76,7 +61,7 @@ class Row:
             found.append(Row(label, cast("dict[str, Any]", value)))
         return found
 
-    def _need(self, key: str, kind: type | UnionType, what: str) -> Any:
+    def _need(self, key: str, kind: type, what: str) -> Any:
         if key not in self.values:
             raise InvalidInputError(f"{self.label}: the key {shown(key)} is missing.")
         value = self.values[key]
@@ -93,56 +78,38 @@ class Row:
             raise InvalidInputError(f"{self.label}: {error}") from None
 
 
-def line_rows(file: Path) -> Iterator[Row]:
-    """The objects of a JSON Lines file packed with gzip; blank lines are passed over.
+def line_rows(file: Path, hint: str = "Download it again.") -> Iterator[Row]:
+    """The objects of a JSON Lines file, packed with gzip if its name ends in `.gz`.
+
+    Blank lines are passed over.
+
+    Args:
+        file: In UTF-8.
+        hint: What to do if it is no such file.
 
     Raises:
-        InvalidInputError: The file cannot be read or unpacked, or a line is no JSON object.
+        InvalidInputError: The file cannot be read or unpacked, or a line is no JSON object; names
+            the line.
     """
     number = 0
     try:
-        with gzip.open(file, "rt", encoding="utf-8") as lines:
+        with gzip.open(file) if file.suffix == ".gz" else file.open("rb") as lines:
             while line := lines.readline(LONGEST_LINE):
                 number += 1
                 label = f"{file}, line {number}"
                 if len(line) == LONGEST_LINE:
-                    raise InvalidInputError(f"{label}: longer than {LONGEST_LINE} characters.")
+                    raise InvalidInputError(f"{label}: longer than {LONGEST_LINE} bytes.")
                 if line.strip():
-                    yield Row(label, _object(_parsed(line, label), label))
-    except (OSError, EOFError, UnicodeDecodeError, zlib.error) as error:
+                    text = line.decode("utf-8-sig")
+                    yield Row(label, _object(_parsed(text, label, hint), label, hint))
+    except UnicodeDecodeError:
         raise InvalidInputError(
-            f"{file} cannot be read after line {number}: {error}. Download it again."
+            f"{file}, line {number}: not UTF-8. Save the file as UTF-8, not compressed. {hint}"
         ) from None
-
-
-def own_rows(file: Path, hint: str = "") -> Iterator[Row]:
-    """The objects of a user's JSON Lines file; blank lines are passed over.
-
-    Args:
-        file: In UTF-8.
-        hint: What to do where it is no such file.
-
-    Raises:
-        InvalidInputError: The file cannot be read, or a line is no JSON object; names the line.
-    """
-    try:
-        data = file.read_bytes()
-    except (OSError, ValueError) as error:
-        cause = getattr(error, "strerror", None) or error
-        raise InvalidInputError(f"{file} cannot be read: {cause}. {hint}".strip()) from None
-    if data.startswith(b"\x1f\x8b"):
+    except (OSError, EOFError, ValueError, zlib.error) as error:
         raise InvalidInputError(
-            f"{file} is compressed, and a file of JSON Lines is expected. {hint}".strip()
-        )
-    for number, line in enumerate(data.split(b"\n"), 1):
-        label = f"{file}, line {number}"
-        if not line.strip():
-            continue
-        try:
-            text = line.decode("utf-8-sig")
-        except UnicodeDecodeError:
-            raise InvalidInputError(f"{label}: no text in UTF-8. Save the file as UTF-8.") from None
-        yield Row(label, _object(_parsed(text, label, hint), label, hint))
+            f"{file} cannot be read after line {number}: {error}. {hint}"
+        ) from None
 
 
 def json_rows(file: Path, *, member: str | None = None) -> Iterator[Row]:

@@ -140,4 +140,4 @@ def _script(
 
 
 def _goal(case: Case) -> str:
-    return case.goals[case.truth].text
+    return case.true_goal.text

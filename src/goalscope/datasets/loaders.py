@@ -15,9 +15,8 @@ from collections import Counter
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from itertools import permutations
 from pathlib import Path
-from typing import cast
 
-from goalscope.base.inputs import is_list, shown
+from goalscope.base.inputs import shown
 from goalscope.base.types import Goal, InvalidInputError, Turn, canonical
 from goalscope.datasets.case import OPENING, Case, turns_of
 from goalscope.datasets.files import Row, json_rows, line_rows
@@ -307,13 +306,17 @@ def taskmaster(file: Path, goal_set: str, goals: int, seed: int) -> Iterator[Cas
 
 def _said(row: Row) -> Iterator[tuple[bool, str]]:
     for number, turn in enumerate(row.entries("turns"), 1):
-        label = f"{row.label}, turn {number}"
-        parts = cast("list[str]", turn) if is_list(turn, str) else []
-        if len(parts) != 2 or parts[0] not in ("user", "assistant"):
-            raise InvalidInputError(
-                f'{label}: expected ["user" or "assistant", text], got {shown(turn)}.'
-            )
-        yield parts[0] == "user", Row(label, {"text": parts[1]}).text("text", empty=True)
+        match turn:
+            case [str(speaker), str(text)] if speaker in ("user", "assistant"):
+                yield (
+                    speaker == "user",
+                    Row(f"{row.label}, turn {number}", {"text": text}).text("text", empty=True),
+                )
+            case _:
+                raise InvalidInputError(
+                    f'{row.label}, turn {number}: expected ["user" or "assistant", text], '
+                    f"got {shown(turn)}."
+                )
 
 
 def _orders(rows: Sequence[Row]) -> list[_Order]:

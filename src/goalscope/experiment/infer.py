@@ -14,13 +14,13 @@ from goalscope.base.types import UNSPECIFIED, GoalscopeError, InvalidInputError
 from goalscope.belief.belief import Belief
 from goalscope.belief.calibration import Calibration
 from goalscope.belief.likelihood import Likelihood, evidence_of
-from goalscope.datasets.case import Dialogue
+from goalscope.datasets.case import Case
 from goalscope.models.opening import forget
 
 
 def trim_output(
-    out: Path, dialogues: Sequence[Dialogue], settings: Mapping[str, Any]
-) -> Sequence[Dialogue]:
+    out: Path, dialogues: Sequence[Case], settings: Mapping[str, Any]
+) -> Sequence[Case]:
     """Cut `out` after the last dialogue that is complete in it; return those still to do.
 
     Raises:
@@ -53,12 +53,12 @@ def trim_output(
 
 
 def infer(
-    dialogues: Sequence[Dialogue],
+    dialogues: Sequence[Case],
     out: Path,
     likelihood: Likelihood,
     settings: Mapping[str, Any],
     calibration: Calibration | None = None,
-) -> Iterator[Dialogue]:
+) -> Iterator[Case]:
     """Append one line per turn to `out`, and yield each dialogue when it is on disk.
 
     A line holds `id`, `turn` (1 for the first), `words` (a short hash of the task and the turns so
@@ -76,7 +76,7 @@ def infer(
         calibration: How evidence becomes probabilities; that of the likelihood if None.
 
     Raises:
-        InvalidInputError: A dialogue does not fit the model; names the line.
+        InvalidInputError: A dialogue does not fit the model.
     """
     for dialogue in dialogues:
         forget(getattr(likelihood, "model", None))  # so that a resumed run scores the same
@@ -84,7 +84,7 @@ def infer(
             goals = [*dialogue.goals, UNSPECIFIED]
             table = evidence_of(likelihood, dialogue.task, goals, dialogue.turns)
         except InvalidInputError as error:
-            raise InvalidInputError(f"{dialogue.row.label}: {error}") from error
+            raise InvalidInputError(f"Dialogue {dialogue.id!r}: {error}") from error
         way = calibration or likelihood.calibration
         belief = Belief.uniform(dialogue.goals, way)
         wider = Belief.uniform([*dialogue.goals, UNSPECIFIED], way)
@@ -106,7 +106,7 @@ def infer(
         yield dialogue
 
 
-def _of(dialogue: Dialogue, turn: int) -> dict[str, Any]:
+def _of(dialogue: Case, turn: int) -> dict[str, Any]:
     """What a line says of its turn; one that says it too need not be measured again."""
     read = json.dumps([dialogue.task, *map(asdict, dialogue.turns[:turn])])
     return {
@@ -127,7 +127,7 @@ def _check_line(
     out: Path,
     number: int,
     line: bytes,
-    dialogue: Dialogue,
+    dialogue: Case,
     turn: int,
     settings: Mapping[str, Any],
 ) -> None:

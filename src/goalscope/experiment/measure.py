@@ -177,7 +177,7 @@ def measure_dialogue(
     }
     told = adapter_metadata(model)
     for name, key, own in (
-        ("seen", FITTED_GOALS, goal_key(case.goals[case.truth].text)),
+        ("seen", FITTED_GOALS, goal_key(case.true_goal.text)),
         ("learned", FITTED_DIALOGUES, said_key(case.turns)),
     ):
         result[name] = own in told[key].split() if key in told else None

@@ -6,14 +6,12 @@ import csv
 import io
 from collections import Counter
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass, fields
-from functools import partial
+from dataclasses import dataclass
 from itertools import cycle, islice
 from pathlib import Path
 from typing import Annotated, Any
 
 from annotated_types import MinLen
-from pydantic import AfterValidator
 
 from goalscope.base.inputs import shown, validated
 from goalscope.base.types import (
@@ -23,10 +21,10 @@ from goalscope.base.types import (
     ModelError,
     Turn,
     canonical,
-    checked_text,
 )
 from goalscope.belief.likelihood import Layout, RolePlay
-from goalscope.datasets.files import Row, own_rows
+from goalscope.datasets.case import Text
+from goalscope.datasets.files import Row, line_rows
 from goalscope.experiment.baselines import overlap
 from goalscope.models import Generator, LikelihoodModel
 from goalscope.prompts import render
@@ -36,7 +34,6 @@ TASK = "Ask the human a question."
 BLANK = "What do you say?"
 """What the agent asks in the control without the question."""
 
-Text = Annotated[str, AfterValidator(partial(checked_text, what="text"))]
 _LONGEST_NAME = 20  # of a choice
 
 
@@ -81,7 +78,7 @@ def read_questions(file: Path, limit: int | None = None) -> list[Question]:
     Raises:
         InvalidInputError: The file cannot be read, or a row is invalid; the message names the row.
     """
-    rows = _csv_rows(file) if file.suffix.lower() == ".csv" else own_rows(file)
+    rows = _csv_rows(file) if file.suffix.lower() == ".csv" else line_rows(file, "")
     questions = [_question(row) for row in islice(rows, limit)]
     if not questions:
         raise InvalidInputError(f"{file} has no questions.")
@@ -186,9 +183,7 @@ def _csv_rows(file: Path) -> Iterator[Row]:
 
 
 def _question(row: Row) -> Question:
-    names = [each.name for each in fields(Question)]
-    values = {name: row.values[name] for name in names if name in row.values}
+    values: dict[str, Any] = {**row.values, "rephrasings": row.values.get("rephrasings") or {}}
     if type(values.get("id")) is int:
         values["id"] = str(values["id"])
-    values["rephrasings"] = values.get("rephrasings") or {}
-    return validated(values, Question, row.label)
+    return validated(values, Question, row.label, ignore_extra=True)

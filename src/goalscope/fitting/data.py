@@ -158,11 +158,11 @@ def digest_of(file: Path) -> str:
 
 
 def _truth(case: Case) -> str:
-    return goal_key(case.goals[case.truth].text)
+    return goal_key(case.true_goal.text)
 
 
 def _without(case: Case, keys: set[str]) -> Case | None:
     """The case without some wrong goals; None if no wrong goal is left."""
-    truth = case.goals[case.truth]
+    truth = case.true_goal
     goals = tuple(goal for goal in case.goals if goal == truth or goal_key(goal.text) not in keys)
     return replace(case, goals=goals, truth=goals.index(truth)) if len(goals) > 1 else None

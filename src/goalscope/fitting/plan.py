@@ -146,7 +146,7 @@ class Plan:
         cases = list(chain.from_iterable(learned))
         own = {
             FITTED_DIALOGUES: {said_key(case.turns) for case in cases},
-            FITTED_GOALS: {goal_key(case.goals[case.truth].text) for case in cases},
+            FITTED_GOALS: {goal_key(case.true_goal.text) for case in cases},
         }
         before = self._known.get(FITTED_SOURCES, "").split(", ")
         named = [f"{each.name} ({each.licence or 'own'})" for each in self._sources]

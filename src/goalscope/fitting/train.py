@@ -441,7 +441,7 @@ def _by_truth(cases: Sequence[Case]) -> list[list[Case]]:
     """
     found: dict[str, list[Case]] = {}
     for case in cases:
-        found.setdefault(case.goals[case.truth].text, []).append(case)
+        found.setdefault(case.true_goal.text, []).append(case)
     return list(found.values())
 
 
@@ -453,7 +453,7 @@ def _example(case: Case, settings: Settings, name: str, *, validates: bool = Fal
     end = most if validates else random.randint(1, most)
     negatives = settings.negatives * (2 if validates else 1)
     drawn = random.sample(wrong, min(len(wrong), negatives))
-    goals = (case.goals[case.truth], UNSPECIFIED, *drawn)
+    goals = (case.true_goal, UNSPECIFIED, *drawn)
     return Example(case.task, goals, case.turns[:end], len(wrong), case.group)
 
 
