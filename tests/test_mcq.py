@@ -61,11 +61,6 @@ def test_what_was_read_is_written_and_read_again(tmp_path):
     assert read_rows(tmp_path, *map(asdict, questions)) == questions
 
 
-def test_choices_in_the_same_words_are_kept(tmp_path):
-    (question,) = read(tmp_path, HEAD + "What?,same,same,c,d,e,B\n")
-    assert (question.choices["A"], question.choices["B"]) == ("same", "same")
-
-
 def test_a_limit_takes_the_first(tmp_path):
     rows = HEAD + "1?,a,b,c,d,e,A\n2?,a,b,c,d,e,A\nbroken\n"
     assert [each.prompt for each in read(tmp_path, rows, limit=2)] == ["1?", "2?"]
@@ -78,7 +73,6 @@ def test_a_limit_takes_the_first(tmp_path):
         (HEAD + "x,a,b,c,d,e,A\nx,a,b,c\n", "row 2, choices: 'D' must be a text, not None"),
         (HEAD + "x,a,b,c,d,e,A,f\n", "row 1: more values than columns"),
         (HEAD + "x,a,b,c,d,e,F\n", "row 1: 'answer' must be one of A, B, C, D, E, not 'F'"),
-        (HEAD, "has no questions"),
         ("", "has no questions"),
     ],
 )
@@ -92,14 +86,11 @@ def test_a_csv_row_that_cannot_be_used_is_named(tmp_path, text, cause):
     [
         ([], "JSON object"),
         ({**ROW, "id": "p"}, "two questions have the id 'p'"),
-        ({**ROW, "prompt": " "}, "prompt: The text is empty"),
         ({**ROW, "prompt": "\ud800"}, "hex escape"),
         ({**ROW, "choices": {"A": "one"}}, "at least 2"),
         ({**ROW, "choices": {"A": "one", "\x92": "two"}}, "short name such as A, not"),
-        ({**ROW, "choices": {"A": "one", "B" * 21: "two"}}, "short name such as A"),
         ({**ROW, "answer": "C"}, "one of A, B, not 'C'"),
         ({**ROW, "rephrasings": {"A": ["x"]}}, "a list for each choice"),
-        ({**ROW, "rephrasings": {"A": ["x"], "B": []}}, "at least 1 item"),
         ({**ROW, "rephrasings": {"A": ["x"], "B": [""]}}, "B 1: The text is empty"),
         (
             {**ROW, "rephrasings": {"A": ["x", "Red  Apples."], "B": ["y"]}},

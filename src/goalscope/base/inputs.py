@@ -102,7 +102,8 @@ def validated(data: object, kind: type[T], label: str, *, ignore_extra: bool = F
 
     Lists become tuples and tables become classes; nothing else is converted, and no key may be
     unknown unless `ignore_extra` is set. Limits stand in the annotations, such as
-    `Annotated[int, annotated_types.Ge(1)]`. A `ValueError` of a `__post_init__` or a validator is reported with its place.
+    `Annotated[int, annotated_types.Ge(1)]`. A `ValueError` of a `__post_init__` or a validator is
+    reported with its place.
 
     Args:
         data: What was parsed from the file.

@@ -186,18 +186,6 @@ def calibration_file(scorer: Any, layout: str) -> Path:
     return _folder() / f"{key}.json"
 
 
-def own_calibrations() -> dict[Path, dict[str, Any]]:
-    """The user's own calibrations: each file with its JSON, {} if it is broken."""
-    found: dict[Path, dict[str, Any]] = {}
-    for file in sorted(_folder().glob("*.json")):
-        try:
-            about = json.loads(file.read_text(encoding="utf-8"))
-        except (OSError, ValueError, RecursionError):
-            about = None
-        found[file] = cast("dict[str, Any]", about) if isinstance(about, dict) else {}
-    return found
-
-
 def _folder() -> Path:
     return user_data() / "calibrations"
 

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Any, NamedTuple
 
 import typer
 
-from goalscope.base.types import GoalscopeError, InvalidInputError, pluralize
+from goalscope.base.types import InvalidInputError, pluralize
 from goalscope.cli.options import Json
 from goalscope.cli.terminal import console, progress
 
@@ -69,12 +69,6 @@ def calibrate(
         str | None,
         typer.Option(metavar="NAME", help="Use only this model and layout, by the name shown."),
     ] = None,
-    reset: Annotated[
-        bool,
-        typer.Option(
-            "--reset", help="Delete the calibrations that you saved, or the one named by --only."
-        ),
-    ] = False,
     as_json: Json = False,
 ) -> None:
     """Fit how evidence becomes probabilities, so that beliefs are calibrated.
@@ -83,11 +77,6 @@ def calibrate(
     "Unspecified" is compared with (the reference), and the thresholds of the conformal sets. It
     shows how good they are, and saves them only with --out or --save.
     """
-    if reset:
-        if results or out or save:
-            raise InvalidInputError("--reset deletes calibrations. Leave out all but --only.")
-        _reset(only, as_json=as_json)
-        return
     way, cells = _read(results or [], only)
     found = _observed(way, cells, saves=save)
     made, fitted = _fit(way, found)
@@ -219,35 +208,6 @@ def _save(
     for file in files:
         keep_calibration(file, fitted, about)
     return [*map(str, files)]
-
-
-def _reset(only: str | None, *, as_json: bool) -> None:
-    from goalscope.base.text import terminal_safe
-    from goalscope.belief.calibration import own_calibrations
-
-    known = {
-        file: f"{about.get('model', file.name)}, {about.get('layout', 'unreadable')}"
-        for file, about in own_calibrations().items()
-    }
-    gone = {file: name for file, name in known.items() if only in (None, name)}
-    if only and not gone:
-        there = f"There are: {'; '.join(known.values())}." if known else "There are none."
-        raise InvalidInputError(f"You have no calibration for {only!r}. {there}")
-    for file in gone:
-        try:
-            file.unlink(missing_ok=True)
-        except OSError as error:
-            raise GoalscopeError(f"Cannot delete {file}: {error.strerror or error}.") from None
-    if as_json:
-        print(json.dumps({"reset": [*gone.values()]}))
-        return
-    said = "You have no calibration of your own."
-    if gone:
-        said = (
-            f"Deleted: {'; '.join(gone.values())}. goalscope uses its own calibrations again, "
-            "and the default for models without one."
-        )
-    console().print(terminal_safe(said), soft_wrap=True)
 
 
 def _show(way: Way, made: Mapping[str, Any], files: Sequence[str]) -> None:
