@@ -6,12 +6,13 @@ import hashlib
 import json
 import math
 from collections.abc import Mapping
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, fields
 from importlib.resources import files
 from importlib.resources.abc import Traversable
 from pathlib import Path
 from typing import Any, cast
 
+from goalscope.base.inputs import validated
 from goalscope.base.types import GoalscopeError, InvalidInputError
 from goalscope.base.user_dirs import user_data
 from goalscope.models import model_name
@@ -63,14 +64,17 @@ class Calibration:
 
     def __post_init__(self) -> None:
         """Check the ranges."""
-        numbers = ("temperature", "reference", "switching", "aside", "orders", "prior_unspecified")
         if not (math.isfinite(self.temperature) and self.temperature > 0):
             raise InvalidInputError(f"temperature must be positive, not {self.temperature}")
-        shares = [(name, getattr(self, name)) for name in numbers[1:-1]]
-        shares += [("threshold", value) for pair in self.thresholds for value in pair]
-        if not (type(self.n) is int and self.n >= 0):
-            raise InvalidInputError(f"n must be a number of dialogues, not {self.n!r}")
-        for name, value in shares:
+        if self.n < 0:
+            raise InvalidInputError(f"n must be a number of dialogues, not {self.n}")
+        for name, value in (
+            ("reference", self.reference),
+            ("switching", self.switching),
+            ("aside", self.aside),
+            ("orders", self.orders),
+            *(("threshold", value) for pair in self.thresholds for value in pair),
+        ):
             if not 0 <= value <= 1:
                 raise InvalidInputError(f"{name} must lie between 0 and 1, not be {value}")
         if self.prior_unspecified is not None and not 0 < self.prior_unspecified < 1:
@@ -80,38 +84,17 @@ class Calibration:
             )
 
 
-def calibration_from_json(data: Mapping[str, Any]) -> Calibration:
+def calibration_from_json(data: object) -> Calibration:
     """The calibration of `dataclasses.asdict`, perhaps from JSON.
 
     Raises:
-        KeyError: A field is missing.
-        InvalidInputError: A number is out of its range.
-        TypeError: A field is unknown, or of another type.
+        InvalidInputError: A field is missing, unknown, of another type or out of its range.
     """
-    found: dict[str, Any] = {**data}
-    for name in (
-        "temperature",
-        "reference",
-        "prior_unspecified",
-        "switching",
-        "aside",
-        "orders",
-        "n",
-    ):
-        if name != "prior_unspecified" or found[name] is not None:
-            _number(found[name], name)
-    pairs = found["thresholds"]
-    try:
-        found["thresholds"] = tuple((_number(eps), _number(p)) for eps, p in pairs)
-    except (TypeError, ValueError):
-        raise TypeError(f"thresholds must be pairs of numbers, not {pairs!r}") from None
-    return Calibration(**found)
-
-
-def _number(value: object, name: str = "a threshold") -> float:
-    if isinstance(value, bool) or not isinstance(value, int | float):
-        raise TypeError(f"{name} must be a number, not {value!r}")
-    return value
+    calibration = validated(data, Calibration, "calibration")
+    given = cast("Mapping[str, object]", data)
+    if absent := [each.name for each in fields(Calibration) if each.name not in given]:
+        raise InvalidInputError(f"calibration: the key {absent[0]!r} is missing.")
+    return calibration
 
 
 PAPER = Calibration()
@@ -209,20 +192,10 @@ def keep_calibration(file: Path, calibration: Calibration, about: Mapping[str, A
 def _read(file: Path | Traversable) -> Calibration:
     try:
         data = json.loads(file.read_text(encoding="utf-8"))
-        if not isinstance(data, dict):
-            raise TypeError("it is not a JSON object")
-        return calibration_from_json(cast("dict[str, Any]", data)["calibration"])
-    except (
-        OSError,
-        ArithmeticError,
-        ValueError,
-        LookupError,
-        TypeError,
-        AttributeError,
-        RecursionError,
-    ) as error:
+        return calibration_from_json(data["calibration"])
+    except (OSError, ValueError, LookupError, TypeError, RecursionError) as error:
         missing = isinstance(error, KeyError)
-        cause = f"the key {error} is missing" if missing else str(error)
+        cause = f"the key {error} is missing" if missing else str(error).rstrip(".")
         cause = cause if cause.isprintable() else ascii(cause)
         raise InvalidInputError(
             f"{file} is not a calibration ({cause}). Delete it, name another file, or write "
