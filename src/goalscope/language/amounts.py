@@ -7,7 +7,6 @@ them is wrong at times, and silently. Of "$1.5k" or "2 for $5" price-parser take
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable
 from dataclasses import dataclass
 from decimal import Decimal
 from functools import lru_cache
@@ -15,8 +14,6 @@ from typing import cast
 from unicodedata import decimal, numeric
 
 import number_parser  # pyright: ignore[reportMissingTypeStubs]
-
-from goalscope.base.text import plain
 
 _CURRENCIES = """
 USD: $ US$: dollar, US dollar, buck
@@ -52,20 +49,12 @@ ZAR: R: rand
 Of several with the same mark, the first one is meant by the mark alone.
 """
 
-_UNDIVIDED = frozenset({"HUF", "IDR", "JPY", "KRW", "VND"})
-"""Currencies that nobody writes with decimals."""
-
-_IN_THOUSANDTHS = frozenset({"BHD", "IQD", "JOD", "KWD", "LYD", "OMR", "TND"})
-"""Currencies with three decimals."""
-
 _FROM = 13
 """Number words from here on are put in figures: up to twelve, readers know them, and names such as
 Seven Up hold them."""
 
 _LONGEST = 12
 """Digits of an amount, at most."""
-
-_OTHER = {".": ",", ",": "."}
 
 _PARTS = (2, 3, 4, 8)
 """Denominators of fractions; other figures with a stroke are dates and the like."""
@@ -90,28 +79,26 @@ def _either(names: set[str]) -> str:
 
 _LETTERED = _either({mark for mark in _marks if mark[0].isalpha()}).replace(r"\$", r" ?\$")
 _SIGNS = _either({mark for mark in _marks if not mark[0].isalpha()})
-_MARK = (
-    rf"(?:(?<![^\W\d_])(?:{_LETTERED})(?:(?<=[^\W\d_])\.)?(?![^\W\d_])|{_SIGNS}|[\u20a0-\u20cf])"
-)
-_NOUN = rf"(?i:{_either(_nouns)})s?(?!\w)"
-_DIGITS = r"\d+(?:[.,']\d+)*"
-_APART = r"\d{1,3}(?: \d{3})+(?:[.,]\d{1,2})?(?![\d.,']?\d)"
+MARK = rf"(?:(?<![^\W\d_])(?:{_LETTERED})(?:(?<=[^\W\d_])\.)?(?![^\W\d_])|{_SIGNS}|[\u20a0-\u20cf])"
+NOUN = rf"(?i:{_either(_nouns)})s?(?!\w)"
+DIGITS = r"\d+(?:[.,']\d+)*"
+APART = r"\d{1,3}(?: \d{3})+(?:[.,]\d{1,2})?(?![\d.,']?\d)"
 
 _SMALL = r"(?:[gG]|gr|gms?|[Gg]ram(?:me)?s?|m[lL]|ML|[Mm]illilit(?:re|er)s?)"
 """Units of which nobody wants a thousandth: before them, three digits after a mark are none."""
 
 _SUM = re.compile(
-    rf"(?:(?P<before>{_MARK}) ?|(?<![\w.,'/]))(?P<digits>{_APART}|{_DIGITS})(?P<k>[kK](?!\w))?"
-    rf"(?P<after> ?{_MARK}(?! ?\d)|[ -]{_NOUN})?"
+    rf"(?:(?P<before>{MARK}) ?|(?<![\w.,'/]))(?P<digits>{APART}|{DIGITS})(?P<k>[kK](?!\w))?"
+    rf"(?P<after> ?{MARK}(?! ?\d)|[ -]{NOUN})?"
 )
 _CENTS = re.compile(
-    rf"(?<![\w.,'/])(\w+) ({_NOUN})(?: and)? (\d\d)"
+    rf"(?<![\w.,'/])(\w+) ({NOUN})(?: and)? (\d\d)"
     r"(?: (?:cents?|pence|p)(?!\w)|(?=\s*(?:please\b|[.,;!?)]|$)))"
 )
 """Twelve pounds 50 at the end of a clause, and 12 dollars and 50 cents."""
 
 _MARKED = re.compile(
-    rf"(?<![\w.,'/])(?=\d*[.,'])({_DIGITS})(?![\d/])(?P<small>[ -]?{_SMALL}(?!\w))?"
+    rf"(?<![\w.,'/])(?=\d*[.,'])({DIGITS})(?![\d/])(?P<small>[ -]?{_SMALL}(?!\w))?"
 )
 _FRACTION = re.compile(
     r"(?<![\w.,/])(?:(\d+)(?: (?=\d+/)| ?(?=[\u00bc-\u00be\u2150-\u215e])))?"
@@ -120,16 +107,6 @@ _FRACTION = re.compile(
 _WHOLE = re.compile(  # the last form is Indian
     r"\d*|\d{1,3}(?:([.,' ])\d{3})(?:\1\d{3})*|\d{1,2}(?:,\d{2})+,\d{3}"
 )
-_PRICE = re.compile(
-    rf"(?P<before>{_MARK})? ?(?P<digits>\.\d+|{_APART}|{_DIGITS}) ?(?P<after>{_MARK}|{_NOUN})?"
-    r"(?: ?/? ?(?:each|ea\.?))?"
-)
-_DASHED = re.compile(
-    rf"(?<!\d)(?<!\d[.,'/])({_APART}|{_DIGITS})(?:([.,])[-\u2013-\u2015]{{1,2}}|/-)"
-    rf"(?:(?![\w-])|(?={_MARK}|{_NOUN}))"
-)
-"""Sums with a dash for no cents: 30.- or 1.295,- or 30/-."""
-
 _DOZEN = re.compile(r"(?<![^\W\d_])(?:doz|dz)\b\.?", re.IGNORECASE)
 _UNITS = "one|two|three|four|five|six|seven|eight|nine|ten|eleven|twelve"
 _TENS = (
@@ -217,7 +194,7 @@ def figures(text: str) -> str:
 
     def number(found: re.Match[str]) -> str:
         is_small = found["small"] and "." in found[1]
-        return put(found[1], _value(found[1], "," if is_small else ".")) + (found["small"] or "")
+        return put(found[1], value_of(found[1], "," if is_small else ".")) + (found["small"] or "")
 
     def fraction(found: re.Match[str]) -> str:
         over, under = int(found[2] or 0), int(found[3] or 1)
@@ -226,7 +203,7 @@ def figures(text: str) -> str:
         part = numeric(found[4]) if found[4] else over / under
         return put(found[0], int(found[1] or 0) + Decimal(part))
 
-    text = _SPELLED.sub(spelled, _DOZEN.sub("dozen", _plain_digits(text)))
+    text = _SPELLED.sub(spelled, _DOZEN.sub("dozen", plain_digits(text)))
     text = _SUM.sub(thousands, _CENTS.sub(cents, text))
     return _FRACTION.sub(fraction, _MARKED.sub(number, text))
 
@@ -253,70 +230,10 @@ def numbers_in(text: str, *, money: bool = True) -> frozenset[float]:
     text = figures(text)
     words = (word_value(word[0]) for word in _WORD.finditer(text))
     values = {float(value) for value in words if value is not None}
-    for digits in re.findall(_DIGITS, text):
-        read = [value for mark in ".," if (value := _value(digits, mark)) is not None]
+    for digits in re.findall(DIGITS, text):
+        read = [value for mark in ".," if (value := value_of(digits, mark)) is not None]
         values |= {float(value) for value in read or map(Decimal, re.findall(r"\d+", digits))}
     return frozenset(values)
-
-
-def price(text: str, mark: str = "", currency: str = "") -> Money | None:
-    """The price that a cell of a table holds and nothing else; None if it is not understood.
-
-    Args:
-        text: The cell.
-        mark: The one before decimals, "." or ",", where a mark with three digits after it may be
-            either; "" if unknown.
-        currency: The one that the table states for it; "" for none.
-    """
-    found = _PRICE.fullmatch(printed(text))
-    if found is None:
-        return None
-    names = filter(None, (found["before"], found["after"]))
-    named = sorted(names, key=lambda name: len(codes_of(name)))
-    stated = named[0] if named else currency
-    last = re.sub(r"[^.,]", "", found["digits"])[-1:]
-    if stated.strip().upper() in _IN_THOUSANDTHS:
-        mark = last
-    elif _UNDIVIDED.issuperset(codes_of(stated) or ("",)):
-        mark = _OTHER.get(last, "")
-    value = _value(found["digits"], mark)
-    if value is None or (len(named) == 2 and not same_currency(named[1], named[0])):
-        return None
-    return Money(value, named[0] if named else "")
-
-
-def decimal_mark(cells: Iterable[str]) -> str:
-    """The mark before decimals in a column of prices, "." or ","; "" if it is not known.
-
-    The comma of "2,49" tells it, and so do the points of "1.234.567". Of 1,299 alone, the comma is
-    taken for one between thousands, and so is the point where several prices are like 1.299. It is
-    not known where the cells contradict: one of 1.500 and 1,500 must have decimals, and 1,500 may
-    be either number beside 12.345,60.
-    """
-    decimals, thousands, unclear = set[str](), set[str](), set[str]()
-    several = set[str]()
-    for match in (each for cell in cells for each in re.finditer(_DIGITS, printed(cell))):
-        if parted := re.fullmatch(r"(.*)([.,])(\d+)", match[0]):
-            if _is_ambiguous(parted):
-                unclear.add(parted[2])
-                several.add(match[0])
-            else:
-                thousands |= {*parted[1]} & {".", ","}
-                decimals |= {parted[2]} - {*parted[1]}
-    if max(map(len, (unclear, decimals, thousands))) == 2 or decimals & thousands:
-        return ""
-    if thousands and decimals & unclear:
-        return ""
-    if decimals:
-        return decimals.pop()
-    parts = thousands or (unclear if "," in unclear or len(several) > 1 else set[str]())
-    return _OTHER[parts.pop()] if parts else ""
-
-
-def printed(text: str) -> str:
-    """A cell as price takes it: plain, on one line, with zeros for a dash: "30.00" for "30.-"."""
-    line = _plain_digits(" ".join(plain(text).split()))
-    return _DASHED.sub(lambda found: f"{found[1]}{found[2]}00" if found[2] else found[1], line)
 
 
 @lru_cache(maxsize=4096)
@@ -329,7 +246,7 @@ def _parsed(words: str) -> int | None:
     return cast("int | None", number_parser.parse_number(words.casefold(), "en"))  # pyright: ignore
 
 
-def _plain_digits(text: str) -> str:
+def plain_digits(text: str) -> str:
     """`text` with the digits of every script as 0 to 9."""
     return "".join(str(decimal(each)) if each.isdecimal() else each for each in text)
 
@@ -337,17 +254,17 @@ def _plain_digits(text: str) -> str:
 def _amount(found: re.Match[str]) -> Decimal | None:
     """The amount of a sum of money; three digits after one mark are no cents."""
     digits = found["digits"]
-    value = _value(digits, "," if "." in digits else ".")
+    value = value_of(digits, "," if "." in digits else ".")
     return value * 1000 if value is not None and found["k"] else value
 
 
-def _is_ambiguous(parted: re.Match[str]) -> bool:
+def is_ambiguous(parted: re.Match[str]) -> bool:
     """Whether the last mark may part thousands or decimals: 1,299 or 1.299, but not 0.299."""
     whole, _, rest = parted.groups()
     return len(rest) == 3 and whole.isdigit() and len(whole) <= 3 and whole[0] != "0"
 
 
-def _value(digits: str, before_decimals: str) -> Decimal | None:
+def value_of(digits: str, before_decimals: str) -> Decimal | None:
     """The number that digits with marks are: 1,299.00 or 1.299,00 or 1 299,00 or 2,49.
 
     None where the marks are misplaced, or where they may mean two things and that is unknown.
@@ -356,7 +273,7 @@ def _value(digits: str, before_decimals: str) -> Decimal | None:
         return None
     whole, mark, rest = digits, "", ""
     if parted := re.fullmatch(r"(.*)([.,])(\d+)", digits):
-        if _is_ambiguous(parted):
+        if is_ambiguous(parted):
             if not before_decimals:
                 return None
             if parted[2] == before_decimals:

@@ -12,11 +12,20 @@ from decimal import Decimal
 from importlib.resources import files
 from pathlib import Path
 
-from goalscope.base.text import without_invisible
+from goalscope.base.text import plain, without_invisible
 from goalscope.base.types import InvalidInputError
-from goalscope.language.amounts import Money, codes_of, decimal_mark, price, printed, same_currency
-
-__all__ = ["Catalogue", "Item"]
+from goalscope.language.amounts import (
+    APART,
+    DIGITS,
+    MARK,
+    NOUN,
+    Money,
+    codes_of,
+    is_ambiguous,
+    plain_digits,
+    same_currency,
+    value_of,
+)
 
 _LONGEST = 120
 """Maximum length of a name, a category, a unit or a tag."""
@@ -38,6 +47,24 @@ _COLUMNS: Mapping[str, tuple[str, ...]] = {
 _CONTROL = re.compile(r"[\x00-\x1f\x7f-\x9f]")
 _THROUGH = re.compile(r"(?:\s*(?:through|to|-)\s*)+(?=\S)", re.IGNORECASE)
 """Between the two ends of a range of prices."""
+
+_UNDIVIDED = frozenset({"HUF", "IDR", "JPY", "KRW", "VND"})
+"""Currencies that nobody writes with decimals."""
+
+_IN_THOUSANDTHS = frozenset({"BHD", "IQD", "JOD", "KWD", "LYD", "OMR", "TND"})
+"""Currencies with three decimals."""
+
+_OTHER = {".": ",", ",": "."}
+
+_PRICE = re.compile(
+    rf"(?P<before>{MARK})? ?(?P<digits>\.\d+|{APART}|{DIGITS}) ?(?P<after>{MARK}|{NOUN})?"
+    r"(?: ?/? ?(?:each|ea\.?))?"
+)
+_DASHED = re.compile(
+    rf"(?<!\d)(?<!\d[.,'/])({APART}|{DIGITS})(?:([.,])[-\u2013-\u2015]{{1,2}}|/-)"
+    rf"(?:(?![\w-])|(?={MARK}|{NOUN}))"
+)
+"""Sums with a dash for no cents: 30.- or 1.295,- or 30/-."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -256,10 +283,10 @@ def _prices(rows: Iterable[list[str]], where: Mapping[str, int]) -> _Prices:
     named = (row for row in rows if any(map(str.strip, row[where["name"] :][:1])))
     counts = Counter(_paid(row, where) for row in named)
     cells = {paid: _clean(paid[0]) for paid in counts}
-    mark = decimal_mark(cells.values())
+    mark = _decimal_mark(cells.values())
     read = {paid: _price(cell, mark, paid[1]) for paid, cell in cells.items()}
     stated = {
-        paid: money.currency if money and money.currency else printed(_clean(paid[1]))
+        paid: money.currency if money and money.currency else _printed(_clean(paid[1]))
         for paid, money in read.items()
     }
     said = Counter[str]()
@@ -307,7 +334,7 @@ def _price(cell: str, mark: str, currency: str) -> Money | None:
         mark: The one before decimals in the column; "" if unknown.
         currency: The one that the row states; "" for none.
     """
-    found = [price(part, mark, currency) for part in _ends(cell)]
+    found = [_one_price(part, mark, currency) for part in _ends(cell)]
     ends = [each for each in found if each]
     names = [each.currency for each in ends if each.currency]
     mixed = names and not same_currency(names[-1], names[0])
@@ -318,7 +345,60 @@ def _price(cell: str, mark: str, currency: str) -> Money | None:
 
 def _ends(cell: str) -> list[str]:
     """The two ends of a range, or the one price; "12,-" and "12/-" are 12."""
-    return _THROUGH.split(printed(cell))
+    return _THROUGH.split(_printed(cell))
+
+
+def _one_price(text: str, mark: str, currency: str) -> Money | None:
+    """The price that a text is, and nothing else; the arguments are those of `_price`."""
+    found = _PRICE.fullmatch(_printed(text))
+    if found is None:
+        return None
+    names = filter(None, (found["before"], found["after"]))
+    named = sorted(names, key=lambda name: len(codes_of(name)))
+    stated = named[0] if named else currency
+    last = re.sub(r"[^.,]", "", found["digits"])[-1:]
+    if stated.strip().upper() in _IN_THOUSANDTHS:
+        mark = last
+    elif _UNDIVIDED.issuperset(codes_of(stated) or ("",)):
+        mark = _OTHER.get(last, "")
+    value = value_of(found["digits"], mark)
+    if value is None or (len(named) == 2 and not same_currency(named[1], named[0])):
+        return None
+    return Money(value, named[0] if named else "")
+
+
+def _decimal_mark(cells: Iterable[str]) -> str:
+    """The mark before decimals in a column of prices, "." or ","; "" if it is not known.
+
+    The comma of "2,49" tells it, and so do the points of "1.234.567". Of 1,299 alone, the comma is
+    taken for one between thousands, and so is the point where several prices are like 1.299. It is
+    not known where the cells contradict: one of 1.500 and 1,500 must have decimals, and 1,500 may
+    be either number beside 12.345,60.
+    """
+    decimals, thousands, unclear = set[str](), set[str](), set[str]()
+    several = set[str]()
+    for match in (each for cell in cells for each in re.finditer(DIGITS, _printed(cell))):
+        if parted := re.fullmatch(r"(.*)([.,])(\d+)", match[0]):
+            if is_ambiguous(parted):
+                unclear.add(parted[2])
+                several.add(match[0])
+            else:
+                thousands |= {*parted[1]} & {".", ","}
+                decimals |= {parted[2]} - {*parted[1]}
+    if max(map(len, (unclear, decimals, thousands))) == 2 or decimals & thousands:
+        return ""
+    if thousands and decimals & unclear:
+        return ""
+    if decimals:
+        return decimals.pop()
+    parts = thousands or (unclear if "," in unclear or len(several) > 1 else set[str]())
+    return _OTHER[parts.pop()] if parts else ""
+
+
+def _printed(text: str) -> str:
+    """A cell as price takes it: plain, on one line, with zeros for a dash: "30.00" for "30.-"."""
+    line = plain_digits(" ".join(plain(text).split()))
+    return _DASHED.sub(lambda found: f"{found[1]}{found[2]}00" if found[2] else found[1], line)
 
 
 def _clean(text: str) -> str:
