@@ -11,11 +11,11 @@ from typing import Literal, get_args
 from goalscope.agent.executor import Execution, Executor
 from goalscope.agent.guards import UNSURE
 from goalscope.agent.people import FALLBACK, OPENING, Human, ask, completes
-from goalscope.agent.planner import Guess, Outcome, Want, undo
+from goalscope.agent.planner import Outcome, Want, undo
 from goalscope.agent.round import Round, retracted
+from goalscope.agent.telling import done_in_words, notes_of
 from goalscope.agent.toolkit import Toolkit, toolkit_of
 from goalscope.agent.writer import Recalling, Writer
-from goalscope.base.nouns import contains, head_words, singular, singulars
 from goalscope.base.types import (
     UNSPECIFIED,
     ConflictError,
@@ -37,14 +37,7 @@ from goalscope.belief.goal_manager import UNEXPLAINED, GoalManager, Trigger
 from goalscope.belief.goal_order import GoalOrder
 from goalscope.belief.likelihood import Likelihood, RolePlay
 from goalscope.belief.tracker import Correction, GoalTracker, Tracker
-from goalscope.envs import (
-    GUESSED,
-    MENTIONED,
-    Environment,
-    Pick,
-    completion_phrase,
-    scenarios_like,
-)
+from goalscope.envs import Environment, Pick, completion_phrase, scenarios_like
 from goalscope.language.dialogue_state import acting
 from goalscope.language.matcher import Matcher
 from goalscope.language.orders import TELLING, Order, Reading, examples_of, is_aside
@@ -65,9 +58,6 @@ NO_ANSWER = "I cannot answer that."
 
 _QUESTION_MARKS = ("?", "\uff1f", "\u061f")
 """Full width and Arabic, too."""
-
-_FAILURES = 3
-"""Most failures that a round's notes tell one by one."""
 
 
 class Agent:
@@ -180,41 +170,27 @@ class Agent:
         if not self.rounds:
             return OPENING
         question = self.rounds[-1].question or self._question()
-        answer = self._answer()
-        return f"{answer}\n{question}" if answer else question
+        return "\n".join([*self._answers(), question])
 
     def _question(self) -> str:
         last = self.rounds[-1].reading
-        if not (last and self._aimed(last)):
+        if not (last and self._has_aim(last)):
             return FALLBACK
-        goals = [goal.text for goal, _ in self._stated]
-        return ask(self.toolkit.asker, self.env, self.turns, self._done(), goals)
+        goals = [goal.text for goal, _ in self._top_goals]
+        return ask(self.toolkit.asker, self.env, self.turns, done_in_words(self.rounds), goals)
 
-    def _done(self) -> str:
-        """What stands of what was done, in words."""
-        gone = retracted(self.rounds)
-        results = [
-            result.action
-            for round in self.rounds
-            for result in round.results
-            if round.number not in gone and result.ok
-        ]
-        found: dict[str, list[str]] = {}
-        for action in results:
-            place = f" {action.destination}" if action.destination else ""
-            found.setdefault(action.name, []).append(f"{action.target}{place}")
-        return "; ".join(f"{name}: {', '.join(each)}" for name, each in found.items())
-
-    def _answer(self) -> str:
-        """The answer to what the newest words ask; "" where they ask nothing."""
+    def _answers(self) -> list[str]:
+        """Lines that answer what the newest words ask; none where they ask nothing."""
         last = self.rounds[-1]
-        asked = (
-            [order for order in last.reading.orders if order.do == "ask"] if last.reading else []
-        )
-        standing, said = self._executor.standing(self.rounds), last.turn.utterance
-        told = (self.env.answer(order, standing, self._pick, said) for order in asked)
-        found = list(dict.fromkeys(line for each in told for line in each.splitlines()))
-        return "\n".join(found) or (NO_ANSWER if asked else "")
+        orders = last.reading.orders if last.reading else ()
+        questions = [order for order in orders if order.do == "ask"]
+        state = self._executor.standing(self.rounds)
+        answers = [
+            self.env.answer(question, state, self._pick, last.turn.utterance)
+            for question in questions
+        ]
+        lines = list(dict.fromkeys(line for answer in answers for line in answer.splitlines()))
+        return lines or [NO_ANSWER] * bool(questions)
 
     def step(
         self,
@@ -250,12 +226,12 @@ class Agent:
         self._check_shown(confirmed)
         with self._all_or_nothing():
             reading, unread = self._read(turn)
-            self._infer(turn, reading)  # Inference Module: Eq. 1 and 2
+            self._observe(turn, reading)  # Inference Module: Eq. 1 and 2
             changes, unexplained = self._manage(reading)  # Goal Management Module, Sec. 3.2
             begun = Round(len(self.rounds) + 1, turn, self.belief, changes, reading=reading)
             self._understood(begun)
             done = self._executor.execute(self.rounds, turn, reading, confirmed=bool(confirmed))
-            plan = self._plan(turn, reading, done)  # Action Module: for the k likeliest goals
+            plan = self._act(turn, reading, done)  # Action Module, Sec. 3.3
             round = self._ended(begun, done, plan, unread + unexplained)
             if keep:
                 keep(round)
@@ -346,7 +322,7 @@ class Agent:
         """
         self._progress("reading")
         before = [
-            ReadExample(_answered(each.turn), each.turn.utterance, each.reading.orders)
+            ReadExample(_question_of(each.turn), each.turn.utterance, each.reading.orders)
             for each in self.rounds
             if each.reading
         ]
@@ -354,7 +330,7 @@ class Agent:
         try:
             reading = self.reader.read(
                 turn.utterance,
-                question="" if completes(self.env, turn.utterance) else _answered(turn),
+                question="" if completes(self.env, turn.utterance) else _question_of(turn),
                 before=before,
                 names=[self.env.state().text],
             )
@@ -366,11 +342,11 @@ class Agent:
             return Reading((Order(ends[0]),)), []
         return reading, unread
 
-    def _infer(self, turn: Turn, reading: Reading) -> None:
+    def _observe(self, turn: Turn, reading: Reading) -> None:
         """Update the belief (Eq. 1)."""
         if self.belief.goals:
             self._progress(f"scoring {pluralize(len(self.belief.goals), 'goal')}")
-        weight = _weight(reading, self.belief.calibration)
+        weight = _evidence_weight(reading, self.belief.calibration)
         self.tracker.observe(turn.query, turn.utterance, weight=weight)
 
     def _manage(self, reading: Reading) -> tuple[tuple[GoalChange, ...], list[str]]:
@@ -392,20 +368,20 @@ class Agent:
             return corrections, [f"The goals stay as they are. {error}"]
         return (*corrections, *changes), [NO_GOAL] if unexplained else []
 
-    def _plan(self, turn: Turn, reading: Reading, done: Execution) -> Outcome:
+    def _act(self, turn: Turn, reading: Reading, done: Execution) -> Outcome:
         """Act on the top k goals where an aim was told; the planner weighs the rest by the words.
 
         Nothing is done unasked after words of harm, after a question that tells no aim, or once the
         task has ended.
         """
         is_question = turn.utterance.rstrip().endswith(_QUESTION_MARKS)
-        is_aimed = reading.tells("aim") if is_question else self._aimed(reading)
-        if not is_aimed or done.wary or done.ended:
+        has_aim = reading.tells("aim") if is_question else self._has_aim(reading)
+        if not has_aim or done.wary or done.ended:
             return Outcome()
         self._progress("planning")
         gone = retracted(self.rounds)
         turns = [*(each.turn for each in self.rounds if each.number not in gone), turn]
-        wants = [Want(goal.text, probability) for goal, probability in self._stated]
+        wants = [Want(goal.text, probability) for goal, probability in self._top_goals]
         history = [*self._history, *done.results]
         try:
             return self.toolkit.planner.act(self.env, wants, turns, history, done.standing)
@@ -413,12 +389,12 @@ class Agent:
             done.notes.append(f"No plan was made. {error}")
             return Outcome()
 
-    def _aimed(self, reading: Reading) -> bool:
+    def _has_aim(self, reading: Reading) -> bool:
         """Whether to act for a goal: an aim was told, or a goal explains words that ask nothing."""
-        return reading.tells("aim") or (reading.only_tells and bool(self._stated))
+        return reading.tells("aim") or (reading.only_tells and bool(self._top_goals))
 
     @property
-    def _stated(self) -> list[tuple[Goal, float]]:
+    def _top_goals(self) -> list[tuple[Goal, float]]:
         """The top k goals with their probabilities, without "Unspecified"."""
         return [each for each in self.belief.top() if each[0] != UNSPECIFIED][: self.k]
 
@@ -431,7 +407,12 @@ class Agent:
             results=(*done.results, *outcome.results),
             replans=outcome.replans,
             status=self.env.state().text,
-            notes=(*notes, *self._notes(done, outcome)),
+            notes=(
+                *notes,
+                *self.tracker.notes,
+                *notes_of(done, outcome, self.turns),
+                *self._why(done),
+            ),
             question=done.question,
             pending=tuple(done.pending),
             awaits=done.awaits,
@@ -442,52 +423,21 @@ class Agent:
             terminated=done.ended or any(result.terminated for result in outcome.results),
         )
 
-    def _notes(self, done: Execution, outcome: Outcome) -> Iterator[str]:
-        """What the person should be told of a round."""
-        yield from self.tracker.notes
-        yield from dict.fromkeys(done.notes)
-        failed = [*done.failed, *outcome.failed]
-        for each in failed[:_FAILURES]:
-            yield f"Not done: {each.action}. {each.observation}"
-        if len(failed) > _FAILURES:
-            yield f"And {len(failed) - _FAILURES} more could not be done."
-        said = " ".join(each.utterance for each in (*self.turns, done.turn))
-        mentioned = [each for each in outcome.guessed if _is_mentioned(each.target, said)]
-        if guessed := [each for each in outcome.guessed if each not in mentioned]:
-            yield f"{GUESSED}{_by_goal(guessed)}."
-        if mentioned:
-            yield f"{MENTIONED}{_by_goal(mentioned)}."
-        for held in outcome.held:
-            yield f"Held back until it is clear what you want: {held}."
+    def _why(self, done: Execution) -> list[str]:
+        """The belief in words, where somebody asks without naming anything."""
         asked = any(
-            each.do == "ask" and not (each.what or each.where) for each in done.reading.orders
+            order.do == "ask" and not (order.what or order.where) for order in done.reading.orders
         )
-        if asked and self.belief.inferred:
-            yield in_words(self.belief, self.tracker.turns)
+        return [in_words(self.belief, self.tracker.turns)] * (asked and self.belief.inferred)
 
 
-def _by_goal(guessed: Sequence[Guess]) -> str:
-    """What was guessed, with the goal that it is for."""
-    found: dict[str, list[str]] = {}
-    for guess in guessed:
-        found.setdefault(guess.goal, []).append(guess.target)
-    return "; ".join(
-        f"{', '.join(targets)}{f' (to {goal})' if goal else ''}" for goal, targets in found.items()
-    )
-
-
-def _is_mentioned(name: str, said: str) -> bool:
-    """Whether words name the thing, by the noun that says what it is: candles of any kind."""
-    return contains(singulars(said), [singular(word) for word in head_words(name)[-1:]])
-
-
-def _answered(turn: Turn) -> str:
+def _question_of(turn: Turn) -> str:
     """The question that the words answer; "" where they were free to say anything."""
     question = turn.query.splitlines()[-1] if turn.query.strip() else ""
     return "" if question in (OPENING, FALLBACK) else question
 
 
-def _weight(reading: Reading, calibration: Calibration) -> float:
+def _evidence_weight(reading: Reading, calibration: Calibration) -> float:
     """How much words count as evidence, by what they do."""
     if is_aside(reading.orders):
         return calibration.aside
