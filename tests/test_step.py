@@ -106,4 +106,4 @@ def test_an_episode_keeps_its_settings_when_it_is_resumed() -> None:
             store, settings_of(info.settings), LampRoom(), WordModel({**REPLIES, GOALS: ""}),
             read=str, resume=info,
         )  # fmt: skip
-        assert again._agent.k == 1
+        assert again.agent.k == 1
