@@ -41,12 +41,8 @@ _LONGEST_NAME = 20  # of a choice
 class Question:
     """One multiple-choice question.
 
-    Attributes:
-        id: Unique within a file.
-        prompt: The question.
-        choices: The words of each choice, by its letter.
-        answer: Letter of the right choice.
-        rephrasings: Paraphrases of each choice, by its letter; empty if they are not written yet.
+    `choices`, their paraphrases (`rephrasings`, empty if not written yet) and the right `answer`
+    are by letter.
     """
 
     id: Text

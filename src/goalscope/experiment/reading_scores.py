@@ -38,15 +38,10 @@ _ARTICLES = frozenset(
 
 @dataclass(frozen=True, slots=True)
 class Line:
-    """A message of a corpus, and its orders.
+    """A message of a corpus, and its right orders.
 
-    Attributes:
-        id: Its name.
-        domain: Domain of the message.
-        context: The person's earlier messages, oldest first.
-        question: The agent's question; "" if it does not matter.
-        message: The message.
-        orders: The right orders.
+    `context` has the person's earlier messages, oldest first; the agent's `question` is "" if it
+    does not matter.
     """
 
     id: str
@@ -59,16 +54,11 @@ class Line:
 
 @dataclass(frozen=True, slots=True)
 class Score:
-    """The accuracy of readings, as shares from 0 to 1.
+    """The accuracy of readings, as shares from 0 to 1; `lines` is the number of messages.
 
-    Attributes:
-        lines: Messages.
-        exact: Share of messages whose orders are all right, their quantities and places too.
-        precision: Precision of orders by verb and target.
-        recall: Likewise.
-        f1: Likewise.
-        quantity_f1: F1 with quantities and units.
-        unread: Share of messages without a valid reading.
+    A message is `exact` if all its orders are right, with quantities and places. Precision, recall
+    and F1 are of orders by verb and target; `quantity_f1` counts quantities and units, too.
+    `unread` messages have no valid reading.
     """
 
     lines: int
@@ -101,13 +91,7 @@ class Asking:
 
 @dataclass(frozen=True, slots=True)
 class Language:
-    """The language of a domain.
-
-    Attributes:
-        verbs: The domain's verbs.
-        task: The agent and its task.
-        examples: Example readings.
-    """
+    """The verbs of a domain, its agent's task, and example readings."""
 
     verbs: tuple[Verb, ...]
     task: str = ""

@@ -26,13 +26,9 @@ _FAILURES = 5
 
 @dataclass(frozen=True, slots=True)
 class Done:
-    """The progress of an experiment after one more cell.
+    """The progress of an experiment after one more cell; `cell` is None before the first.
 
-    Attributes:
-        cell: The cell that was run; None before the first.
-        error: Why it failed; None if it did not.
-        done: Number of cells with results.
-        total: Number of all cells, with the evaluator's to come.
+    `error` says why the cell failed. `total` counts the evaluator's cells to come, too.
     """
 
     cell: Cell | None

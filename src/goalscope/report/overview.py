@@ -16,15 +16,10 @@ PROMPTS = ("question", "question and choices", None)
 
 @dataclass(frozen=True, slots=True)
 class _Kind:
-    """A kind of tables, and what the summary shows of them.
+    """A kind of tables (`pattern` matches their names), and what the summary shows of them.
 
-    Attributes:
-        name: For files.
-        title: Title of the summary's table.
-        pattern: Regular expression of the tables' names.
-        columns: The columns to show; "of" is what a table's title says after the colon.
-        note: How to read it.
-        rows: Chooses or makes the rows to show.
+    The column "of" is what a table's title says after the colon; `rows` chooses or makes the rows
+    to show.
     """
 
     name: str

@@ -28,17 +28,9 @@ SHOWN = 5
 class Section:
     """The part of a report on one file.
 
-    Attributes:
-        name: Name for files and references.
-        title: Title of the experiment.
-        tables: The number of cells, then their results.
-        figures: In the order of the page.
-        commands: The commands that made it; empty if unknown.
-        facts: What it was made with, one line each.
-        warnings: Warnings about its figures, one sentence each.
-        codes: Hashes of the code that measured its cells.
-        done: Number of cells with results.
-        planned: Number of all cells.
+    `tables` begin with the number of cells. `facts` (what it was made with) and `warnings` are one
+    sentence each, `codes` hashes of the code that measured its cells; `done` of the `planned` cells
+    have results.
     """
 
     name: str
