@@ -72,12 +72,3 @@ def test_importing_the_package_imports_none_of_its_dependencies() -> None:
     code = f"import sys, goalscope; print([each for each in {names} if each in sys.modules])"
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, timeout=60)
     assert done.stdout.strip() == "[]"
-
-
-def test_a_program_that_looks_things_up_keeps_its_own_logging() -> None:
-    code = (
-        "import logging; from goalscope.models.embedding import embedded; embedded(['tea']); "
-        "print(logging.getLogger().handlers, logging.getLogger().level)"
-    )
-    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, timeout=60)
-    assert done.stdout.strip() == "[] 30"

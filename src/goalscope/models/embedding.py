@@ -2,63 +2,61 @@
 
 from __future__ import annotations
 
-import hashlib
-import logging
-import os
-import tempfile
-from collections.abc import Callable, Sequence
-from contextlib import suppress
+from collections.abc import Sequence
 from functools import cache
-from importlib.metadata import version
+from importlib.util import find_spec
+from itertools import chain
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
-from goalscope.base.user_dirs import user_cache
-
-__all__ = ["embedded", "embedded_once"]
-
 Vectors = npt.NDArray[np.float32]
 
 
 def embedded(texts: Sequence[str]) -> Vectors:
     """[N, 256] vectors of length one, zero for no known word; case does not count."""
-    embed: Callable[[list[str]], Vectors] = _model().embed
-    whole = (text.encode(errors="replace").decode() for text in texts)  # no lone surrogates
-    vectors = embed([text.lower() or "?" for text in whole]).astype(np.float32)
+    return unit(summed(texts))
+
+
+def unit(vectors: Vectors) -> Vectors:
+    """The same directions, of length one; zero stays zero."""
     lengths = np.linalg.norm(vectors, axis=1, keepdims=True)
     return (vectors / np.where(lengths > 0, lengths, 1)).astype(np.float32)
 
 
-def embedded_once(texts: Sequence[str]) -> Vectors:
-    """The same, to 16 bits; kept in the user's cache folder, so that it is worked out only once."""
-    named = "\0".join((version("wordllama"), *texts)).encode(errors="replace")
-    folder = user_cache()
-    file = folder / f"vectors-{hashlib.sha256(named).hexdigest()[:16]}.npy"
-    with suppress(OSError, ValueError, EOFError):
-        kept: Vectors = np.load(file).astype(np.float32)
-        if len(kept) == len(texts):
-            return kept
-    vectors = embedded(texts).astype(np.float16)
-    with suppress(OSError):  # a folder that cannot be written costs only time
-        folder.mkdir(parents=True, exist_ok=True)
-        with tempfile.TemporaryDirectory(dir=folder, prefix=".vectors-") as work:
-            part = Path(work, file.name)
-            np.save(part, vectors)
-            os.replace(part, file)
-    return vectors.astype(np.float32)
+def summed(texts: Sequence[str]) -> Vectors:
+    """[N, 256] sums of the vectors of each text's tokens; no token holds parts of two words."""
+    tokenizer, table = _embeddings()
+    whole = (text.encode(errors="replace").decode() for text in texts)  # no lone surrogates
+    rows = [text.lower().split() or ["?"] for text in whole]
+    words = {word: number for number, word in enumerate(dict.fromkeys(chain(*rows)))}
+    encoded = tokenizer.encode_batch_fast([*words], add_special_tokens=False)
+    ids = [each.ids for each in encoded]
+    return group_sums(group_sums(table, ids), [[words[word] for word in row] for row in rows])
+
+
+def group_sums(vectors: Vectors, groups: Sequence[Sequence[int]]) -> Vectors:
+    """The sum of each group of rows, named by their numbers."""
+    sizes = np.array([len(group) for group in groups], np.intp)
+    rows = np.fromiter(chain(*groups), np.intp, sizes.sum())
+    starts = sizes.cumsum() - sizes
+    sums = np.zeros((len(groups), vectors.shape[1]), np.float32)
+    for place in range(sizes.max(initial=0)):
+        longer = np.flatnonzero(sizes > place)
+        sums[longer] += vectors[rows[starts[longer] + place]]
+    return sums
 
 
 @cache
-def _model() -> Any:
-    root = logging.getLogger()
-    level, handlers = root.level, list(root.handlers)
-    import wordllama  # pyright: ignore[reportMissingTypeStubs]
+def _embeddings() -> tuple[Any, Vectors]:
+    """WordLlama's tokenizer and table; importing it would set up logging for the whole program."""
+    import safetensors.numpy
+    from tokenizers import Tokenizer
 
-    root.setLevel(level)  # importing it sets up logging for the whole program
-    root.handlers[:] = handlers
-    return wordllama.WordLlama.load(
-        cache_dir=Path(wordllama.__file__).parent, disable_download=True
-    )
+    package = find_spec("wordllama")
+    folder = Path(package.origin or "").parent if package else Path()
+    tokenizer = Tokenizer.from_file(str(folder / "tokenizers/l2_supercat_tokenizer_config.json"))
+    weights = (folder / "weights/l2_supercat_256.safetensors").read_bytes()
+    return tokenizer, safetensors.numpy.load(weights)["embedding.weight"].astype(np.float32)

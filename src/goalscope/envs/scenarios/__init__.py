@@ -20,9 +20,7 @@ import numpy.typing as npt
 
 from goalscope.base.nouns import singulars
 from goalscope.base.types import InvalidInputError
-from goalscope.models.embedding import embedded, embedded_once
-
-__all__ = ["Nearest", "Scenario", "scenario_from_json", "shipped_scenarios"]
+from goalscope.models.embedding import embedded, group_sums, summed, unit
 
 _LISTS = ("said", "needed", "nice", "unwanted")
 _WORDS = 0.3  # weight of shared words, beside that of meaning
@@ -59,17 +57,16 @@ class Nearest:
 
     Args:
         occasions: Among which to find.
-        keep: Whether to keep their vectors in the user's cache folder.
     """
 
-    def __init__(self, occasions: Sequence[Scenario], *, keep: bool = False) -> None:
+    def __init__(self, occasions: Sequence[Scenario]) -> None:
         self.occasions = tuple(occasions)
         texts = [(each.aim, *each.said) for each in occasions]
         self._owner = np.repeat(np.arange(len(texts)), [len(each) for each in texts])
-        parts = [text for each in texts for text in each]
-        wholes = [" ".join(each) for each in texts]
-        vectors = (embedded_once if keep else embedded)([*parts, *wholes])
-        self._parts, self._whole = vectors[: len(parts)], vectors[len(parts) :]
+        sums = summed([text for each in texts for text in each])
+        ends = np.cumsum([len(each) for each in texts], dtype=int).tolist()
+        wholes = [range(end - len(each), end) for each, end in zip(texts, ends, strict=True)]
+        self._parts, self._whole = unit(sums), unit(group_sums(sums, wholes))
         counts = [Counter(singulars(" ".join(each))) for each in texts]
         sizes = np.array([each.total() for each in counts] or [1])
         known = Counter(word for each in counts for word in each)
@@ -117,7 +114,7 @@ def shipped_scenarios(domain: str) -> Nearest:
         for line in file.read_text(encoding="utf-8").splitlines()
     )
     found = (scenario_from_json(json.loads(line)) for line in lines if line.strip())
-    return Nearest([each for each in found if each.domain == domain], keep=True)
+    return Nearest([each for each in found if each.domain == domain])
 
 
 def scenario_from_json(data: object) -> Scenario:
