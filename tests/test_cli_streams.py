@@ -115,7 +115,6 @@ PATHS = [
     ("data", "export", "teach", "--data", "@", "--out", "o"),
     ("house", "show", "@"),
     ("house", "show", "Kitchen1", "--svg", "@"),
-    ("house", "import", "@"),
     ("models", "check", "@"),
 ]
 

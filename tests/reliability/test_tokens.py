@@ -148,7 +148,7 @@ def reader(
         for token in range(weights.vocab_size)
         if lib.llama_vocab_get_attr(vocab, token) & markup
     ]
-    return weights.chat_tokenizer(), names
+    return weights.chat_tokenizer, names
 
 
 @cache

@@ -33,12 +33,14 @@ class UnreadableAnswerError(ModelError):
 _UNSEEN = frozenset({"Cc", "Cf", "Zs", "Zl", "Zp"})  # controls, format characters, spaces
 
 
-def readable(text: str, what: str) -> str:
+def readable(text: object, what: str) -> str:
     """Return `text`, perhaps empty, if it is text that can be encoded.
 
     Raises:
-        InvalidInputError: It holds a lone surrogate.
+        InvalidInputError: It is no text, as JSON may hold, or has a lone surrogate.
     """
+    if not isinstance(text, str):
+        raise InvalidInputError(f"The {what} must be a text, not {type(text).__name__}.")
     try:
         text.encode()
     except UnicodeEncodeError as error:
@@ -49,7 +51,7 @@ def readable(text: str, what: str) -> str:
     return text
 
 
-def checked_text(text: str, what: str, longest: int | None = None) -> str:
+def checked_text(text: object, what: str, longest: int | None = None) -> str:
     """Return `text` without surrounding whitespace if a model can read it.
 
     Args:
