@@ -5,7 +5,7 @@ from __future__ import annotations
 import unicodedata
 
 import pytest
-from hypothesis import given
+from hypothesis import example, given
 from hypothesis import strategies as st
 
 from fakes import WordModel
@@ -69,6 +69,7 @@ def test_markup_and_broken_words_are_read_as_meant(typed: str, read: str) -> Non
 
 
 @given(st.text())
+@example("\u00c3\u0082\u0080")  # misread twice
 def test_plain_text_is_plain_already(text: str) -> None:
     once = plain(text)
     if not set("&*_~") & set(text):

@@ -97,7 +97,8 @@ def plain(text: str) -> str:
     if "<" in text:
         text = _TAG.sub("", text)
     if not text.isascii() or "`" in text:
-        text = _MISREAD.sub(_reread, text)
+        while (reread := _MISREAD.sub(_reread, text)) != text:  # programs misread twice
+            text = reread
         text = _STYLED.sub(lambda styled: unicodedata.normalize("NFKC", styled[0]), text)
         text = _VARIANT.sub("", text.translate(_CHARACTERS))
         text = without_invisible(text, kinds=FORMAT)
