@@ -183,7 +183,8 @@ def test_the_command_goes_on_where_it_was_stopped(
 
     with monkeypatch.context() as patch:
         patch.setattr(plan.Fit, "_validate", stopped)
-        assert isinstance(run(*fit(rows, out, path)).exception, Broken)
+        with pytest.raises(Broken):
+            run(*fit(rows, out, path))
     assert [each.name for each in out.iterdir()] == ["state.pt"]
     said = run(*fit(rows, out, path, "--seed", 2))
     assert said.exit_code == 2
