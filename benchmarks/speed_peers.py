@@ -6,15 +6,12 @@ Every class has a `name` and `score(rows)`, which returns one log-probability in
 from __future__ import annotations
 
 import copy
-import os
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from itertools import takewhile
-from pathlib import Path
 from typing import Any
 
 import torch
-from llama_cpp import Llama
 from lm_eval.api.instance import Instance
 from lm_eval.models.huggingface import HFLM
 from minicons.scorer import IncrementalLMScorer
@@ -172,37 +169,6 @@ class Minicons:
             )[0]
             for row in rows
         ]
-
-
-class LlamaCppPython:
-    """llama-cpp-python's own interface; it keeps what a prompt shares with the one before.
-
-    It leaves a leading BOS out of what it echoes, as it must for the places to be right, and BOS
-    (which begins every ChatML message) wherever else it stands.
-    """
-
-    def __init__(self, path: Path, context_size: int, threads: int) -> None:
-        self.name = "llama-cpp-python, echo and logprobs"
-        self.model = Llama(
-            os.fspath(path),
-            n_ctx=context_size,
-            n_threads=threads,
-            n_threads_batch=threads,
-            logits_all=True,
-            verbose=False,
-        )
-
-    def score(self, rows: Sequence[Row]) -> list[float]:
-        return [self._score(row) for row in rows]
-
-    def _score(self, row: Row) -> float:
-        reply: Any = self.model.create_completion(
-            row.prompt_text + row.answer_text, max_tokens=1, echo=True, logprobs=1, temperature=0
-        )
-        bos = self.model.token_bos()
-        echoed = sum(token != bos for token in (*row.prompt, *row.answer))
-        values = reply["choices"][0]["logprobs"]["token_logprobs"]
-        return float(sum(values[echoed - len(row.answer) : echoed]))
 
 
 def _common(lists: Sequence[list[int]]) -> list[int]:

@@ -17,9 +17,7 @@ from rich.table import Table
 from goalscope.models.llama.engine import processor
 
 FOLDER = Path(__file__).parent / "results"
-PACKAGES = (
-    "goalscope", "llama-cpp-python", "numpy", "torch", "transformers", "lm-eval", "minicons",
-)  # fmt: skip
+PACKAGES = ("goalscope", "xllamacpp", "numpy", "torch", "transformers", "lm-eval", "minicons")
 FLAGS = ("avx2", "avx512f", "avx512_vnni", "avx512_bf16", "amx_bf16", "neon", "bf16")
 OURS = "goalscope"
 PAPER = "Transformers, one goal after another, float32"
@@ -30,7 +28,6 @@ COLUMNS = {
     "padded batch": "padded batch",
     "lm-eval": "lm-evaluation-harness",
     "minicons": "minicons",
-    "llama-cpp-python": "llama-cpp-python",
     "shared prefix": SHARED,
 }
 
@@ -183,7 +180,7 @@ def _seconds(cell: dict[str, Any]) -> float:
 def _aim_lines(results: Results, headline: tuple[int, int]) -> list[str]:
     cells = _by_cell(results)[headline]
     ours = cells[OURS]["seconds"]
-    parts = [part for part in COLUMNS.values() if part not in (SHARED, "llama-cpp-python")]
+    parts = [part for part in COLUMNS.values() if part != SHARED]
     best = min((_fastest(cells, part) for part in parts), key=_seconds)
     shared = _fastest(cells, SHARED)
     lines = [
