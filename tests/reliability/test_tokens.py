@@ -168,7 +168,7 @@ def chats(text: str) -> list[list[Message]]:
     """Every prompt there is, with a text wherever one from outside goes."""
     one = ("task", "goal", "thing", "query", "question", "speaker", "description", "status")
     one += ("completion_phrase", "prompt", "choice", "topic", "first", "second", "outcome", "which")
-    one += ("done", "aim", "said", "room")
+    one += ("done", "aim", "said", "room", "habit")
     values = {
         **dict.fromkeys(one, text),
         **{key: [Named(text)] * 2 for key in ("goals", "things", "possible", "actions")},
