@@ -18,8 +18,6 @@ from jinja2.sandbox import ImmutableSandboxedEnvironment
 from goalscope.base.types import InvalidInputError, Message, ModelError
 from goalscope.models.reasoning import closed, marks_thought
 
-__all__ = ["ChatTemplate", "ChatTokenizer", "Decode", "Encode"]
-
 _SENTINEL = "\ue000{}\ue001"
 _SENTINEL_PATTERN = re.compile("\ue000([0-9]+)\ue001")
 _TODAY = datetime(2024, 7, 26)

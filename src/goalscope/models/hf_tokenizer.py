@@ -14,8 +14,6 @@ from goalscope.base.optional_packages import package
 from goalscope.base.types import ModelError
 from goalscope.models.chat import ChatTokenizer
 
-__all__ = ["chat_tokenizer", "tokenizer_file"]
-
 _REPOSITORY = re.compile(r"\w[\w.-]*(/\w[\w.-]*)?")
 
 

@@ -8,8 +8,6 @@ from typing import Any
 from goalscope.base.optional_packages import package
 from goalscope.base.types import InvalidInputError, ModelError
 
-__all__ = ["pull", "pulled_files"]
-
 
 def pull(repository: str, file: str | None = None) -> Path:
     """Fetch a GGUF file, or find it in the cache; an interrupted download continues.

@@ -14,8 +14,6 @@ from goalscope.models import Array, LikelihoodModel, model_name
 from goalscope.models.chat import ChatTokenizer
 from goalscope.models.reasoning import opens_thought
 
-__all__ = ["LEAST", "Pair", "SelfTest", "TokenScorer", "are_logprobs", "logprobs_of"]
-
 TOLERANCE = 0.2
 """Maximum difference in nats between two ways to compute a number; BF16 needs some."""
 

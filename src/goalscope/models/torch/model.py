@@ -27,8 +27,6 @@ from goalscope.models.scoring import Pair
 from goalscope.models.torch.network import Network
 from goalscope.models.torch.packing import ROOT, PrefixStore, Row, batches, pack
 
-__all__ = ["Transformers"]
-
 Read = Callable[[list[int], Any], object]
 """Takes nodes of a tree and their next-token logits, a tensor [nodes, vocabulary]."""
 

@@ -18,8 +18,6 @@ from goalscope.base.optional_packages import package
 from goalscope.base.types import ModelError
 from goalscope.models.adapters import Adapter
 
-__all__ = ["Network", "multiplies_bfloat16"]
-
 _VOCABULARY_PART = 1 << 14  # entries of the output layer that are widened at once
 _ATTENTION = ("q_proj", "k_proj", "v_proj", "o_proj")
 

@@ -9,8 +9,6 @@ from typing import Any
 from goalscope.base.optional_packages import package
 from goalscope.models.llama.trie import Trie
 
-__all__ = ["ROOT", "PrefixStore", "Row", "batches", "pack"]
-
 ROOT = 0
 """Key of the empty prefix in a `PrefixStore`."""
 
