@@ -28,7 +28,7 @@ from goalscope.models.llama.trie import Trie
 from goalscope.models.llama.weights import KVCache, Weights
 from goalscope.models.opening import open_model
 from goalscope.models.torch.model import Transformers
-from test_model_contract import CONTEXTS, REPLIES, sums
+from test_model_contract import CONTEXTS, REPLIES, TOLERANCE, sums
 from test_transformers import ARCHITECTURES as KINDS
 from test_transformers import SMALL, tiny
 
@@ -201,7 +201,7 @@ def test_only_what_people_say_is_scored_with_it(mine: Path, model: LlamaCpp) -> 
     usual = sums(model, CONTEXTS, REPLIES)
     assert np.abs(sums(both.speaker, CONTEXTS, REPLIES) - usual).max() > 0.5
     assert RolePlay(both).model is both.speaker
-    np.testing.assert_allclose(sums(both, CONTEXTS, REPLIES), usual, atol=0.15)
+    np.testing.assert_allclose(sums(both, CONTEXTS, REPLIES), usual, atol=TOLERANCE)
     assert both.name == model.name
     assert both.writer is not None
     assert both.fingerprint == " ".join(model.fingerprint for model in both.roles)

@@ -106,7 +106,7 @@ def test_a_server_that_ignores_the_schema_leaves_a_trial_unscored(text) -> None:
     server = ServedGenerator(Prose())  # pyright: ignore[reportArgumentType]
     (trial,) = judge(server, **CASE, outcome="tea", trials=1)
     assert trial.score is None
-    assert text[:10] in trial.explanation
+    assert text[:10] in trial.explanation + trial.answer
 
 
 def test_other_trouble_with_the_model_is_not_a_missing_score() -> None:

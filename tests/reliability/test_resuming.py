@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import importlib.metadata
 import json
+import os
 import shutil
 from collections.abc import Callable, Iterator
 from pathlib import Path
@@ -49,7 +50,8 @@ def append(path: str) -> Callable[[Path, pytest.MonkeyPatch], None]:
     """Another byte at the end of a file."""
 
     def change(package: Path, _: pytest.MonkeyPatch) -> None:
-        with (package / path).open("a") as file:
+        with (package / path).open("r+") as file:  # an existing one
+            file.seek(0, os.SEEK_END)
             file.write("\n")
 
     return change
@@ -66,9 +68,9 @@ def other_version(_: Path, patch: pytest.MonkeyPatch) -> None:
 CHANGES = {
     "model": other_weights,
     "prompts": append("prompts/goal_last.jinja"),
-    "code": append("belief.py"),
+    "code": append("belief/belief.py"),
     "code of the domains": append("envs/house/simulator/world.py"),
-    "code that is data": append("envs/grocery/profiles.toml"),
+    "code that is data": append("envs/grocery/data/profiles.toml"),
     "version": other_version,
 }
 
@@ -115,7 +117,7 @@ def test_an_experiment_goes_on_with_what_it_was_begun_with_or_not_at_all(
     assert contents(folder)[: len(before)] == before
 
 
-@pytest.mark.parametrize("path", ["display.py", "report/page.py", "stats.py"])
+@pytest.mark.parametrize("path", ["cli/display.py", "report/figures.py", "study/store.py"])
 def test_code_that_measures_nothing_may_change(tmp_path: Path, package: Path, path: str) -> None:
     folder = questions(tmp_path / "run")
     steps(folder)
