@@ -101,7 +101,7 @@ def test_while_unspecified_leads_nothing_lasting_is_done_and_each_guess_is_told(
 def planned(agent: Agent, words: str) -> Outcome:
     """What an agent guesses for an aim."""
     done = Execution(said(words)[-1], Reading((Order("aim"),)))
-    return agent._plan(done.turn, done.reading, done)
+    return agent._act(done.turn, done.reading, done)
 
 
 def test_where_unspecified_is_all_there_is_only_what_the_words_call_for_is_guessed() -> None:

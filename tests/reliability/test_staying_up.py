@@ -81,7 +81,7 @@ def test_a_model_that_writes_without_end_gets_no_more_done(
     assert all(
         len(goal.text) <= 120 for each in rounds if each.belief for goal in each.belief.goals
     )
-    env.close()
+    env.__exit__(None, None, None)
     told = f"{len(rounds)} rounds, at most {max(acts)} actions in one, prompts of at most"
     way = "taught" if taught else "prompted"
     record_property(
