@@ -4,7 +4,7 @@ RUN apt-get update && apt-get install --yes --no-install-recommends libgomp1 && 
 RUN --mount=type=bind,target=/source,rw pip install --no-cache-dir "/source[web]"
 RUN useradd --create-home goalscope
 USER goalscope
-# Episodes, and how the model runs fastest here, outlive the container.
+# Episodes outlive the container.
 VOLUME /home/goalscope
 EXPOSE 8000
 CMD ["goalscope", "serve", "--host", "0.0.0.0"]

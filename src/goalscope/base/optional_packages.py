@@ -8,7 +8,7 @@ from typing import Any
 from goalscope.base.types import GoalscopeError, ModelError
 
 EXTRAS = {
-    **dict.fromkeys(("httpx2", "huggingface-hub", "openai", "tokenizers"), "remote"),
+    **dict.fromkeys(("httpx2", "huggingface-hub", "openai"), "remote"),
     **dict.fromkeys(("torch", "transformers", "peft"), "torch"),
     **dict.fromkeys(("bm25s", "matplotlib", "scikit-learn", "scipy"), "experiments"),
     **dict.fromkeys(("fastapi", "uvicorn"), "web"),

@@ -30,10 +30,11 @@ def chat_tokenizer(model: str | Path) -> ChatTokenizer:
     Raises:
         ModelError: There is no such model, or it has no fast tokenizer or no chat template.
     """
-    tokenizers = package("tokenizers")
+    from tokenizers import Tokenizer
+
     path = tokenizer_file(model)
     try:
-        tokenizer: Any = tokenizers.Tokenizer.from_file(str(path))
+        tokenizer: Any = Tokenizer.from_file(str(path))
     except Exception as error:  # `tokenizers` raises no narrower one
         raise ModelError(
             f"The tokenizer {path} cannot be read ({error}). Download it again, or install a newer "
