@@ -181,11 +181,11 @@ def score_orders(pairs: Sequence[tuple[Cups, Cups | None]], options: frozenset[s
     )
 
 
-def _follow(counter: Counter, orders: Iterable[Order], standing: DialogueState, pick: Pick) -> bool:
+def _follow(counter: Counter, orders: Iterable[Order], dialogue: DialogueState, pick: Pick) -> bool:
     """Do what is ordered; whether that ended the task."""
     verbs = {verb.name for verb in counter.verbs} | {"avoid", "only"}
     for order in orders:
-        found = counter.resolve(order, standing, pick) if order.do in verbs else None
+        found = counter.resolve(order, dialogue, pick) if order.do in verbs else None
         for action in found.actions if found else ():
             if execute(counter, action).terminated:
                 return True

@@ -244,8 +244,8 @@ def test_words_that_ask_for_nothing_are_acted_on_where_a_goal_explains_them(
 
 def test_no_guess_is_lasting_or_against_what_was_said() -> None:
     class Dangerous(LampRoom):
-        def actions(self, name, standing):
-            return [Action("smash", name), *super().actions(name, standing)][: 1 + bool(self.on)]
+        def actions(self, name, dialogue):
+            return [Action("smash", name), *super().actions(name, dialogue)][: 1 + bool(self.on)]
 
     env = Dangerous(["lamp"])
     agent_in(env).step("What now?", "lamp light please")

@@ -227,10 +227,10 @@ LIMITS: Mapping[str, str] = {
 @pytest.mark.parametrize("limit", LIMITS)
 @pytest.mark.parametrize("for_whom", ["", " | for my son"])
 def test_a_guess_is_known_to_fit_every_grave_limit(limit: str, for_whom: str) -> None:
-    standing = state_after(limit.replace(" | why", f"{for_whom} | why"))
+    dialogue = state_after(limit.replace(" | why", f"{for_whom} | why"))
     opened = stocked(*ROWS)
     served = {
-        action.target for name, _ in ROWS for action in opened.actions(name.casefold(), standing)
+        action.target for name, _ in ROWS for action in opened.actions(name.casefold(), dialogue)
     }
     assert served >= {"Carrots", "White Rice", "Round Cake Pan", "AA Batteries"}
     for name in served:
@@ -248,9 +248,9 @@ def test_what_a_word_means_does_not_depend_on_what_is_known() -> None:
 
 def test_a_mere_dislike_leaves_out_only_what_is_known_to_hold_the_thing() -> None:
     opened = stocked(*ROWS)
-    standing = state_after("avoid dairy | why taste")
-    assert opened.actions("soup", standing) == [Action("add item", "Tomato Soup")]
-    assert opened.actions("skyr", standing) == []
+    dialogue = state_after("avoid dairy | why taste")
+    assert opened.actions("soup", dialogue) == [Action("add item", "Tomato Soup")]
+    assert opened.actions("skyr", dialogue) == []
 
 
 @pytest.mark.parametrize(
@@ -310,8 +310,8 @@ def test_a_limit_that_comes_late_names_what_it_leaves_in_the_basket() -> None:
 
 def test_an_allergy_to_what_is_no_diet_leaves_out_what_may_hold_it() -> None:
     opened = stocked(("Kiwis", "fruit"), ("Fruit Smoothie", "drinks"), ("Apples", "fruit"))
-    standing = state_after("avoid kiwi | why allergy")
-    assert [bool(opened.actions(n, standing)) for n in ("kiwis", "smoothie", "apples")] == [
+    dialogue = state_after("avoid kiwi | why allergy")
+    assert [bool(opened.actions(n, dialogue)) for n in ("kiwis", "smoothie", "apples")] == [
         False,
         False,
         True,
@@ -475,6 +475,6 @@ def test_a_label_with_a_name_alone_claims_it(label: str) -> None:
 @pytest.mark.parametrize("label", ["-", "\u2014", "*", "\U0001f95b", "n/a", "?"])
 def test_a_label_without_words_is_none(label: str) -> None:
     items = [Item(1, "Lamb Stew"), Item(2, "Bean Stew", tags=frozenset({label}))]
-    standing = state_after("avoid milk | why allergy")
-    found = GroceryShop(Catalogue(items)).resolve(Order("add", "lamb stew"), standing, PICK)
+    dialogue = state_after("avoid milk | why allergy")
+    found = GroceryShop(Catalogue(items)).resolve(Order("add", "lamb stew"), dialogue, PICK)
     assert [action.target for action in found.actions] == ["Lamb Stew"]

@@ -192,9 +192,9 @@ def test_an_order_that_cannot_be_followed_changes_nothing_and_says_why(
 
 
 def test_nothing_that_was_ruled_out_is_offered(garden: Environment) -> None:
-    standing = DialogueState(limits=(Order("avoid", "ponds"),))
-    assert garden.actions("pond", standing) == []
-    assert garden.actions("herbs", standing) == [Action("add", "herbs")]
+    dialogue = DialogueState(limits=(Order("avoid", "ponds"),))
+    assert garden.actions("pond", dialogue) == []
+    assert garden.actions("herbs", dialogue) == [Action("add", "herbs")]
 
 
 @pytest.mark.parametrize("order", ["remove walnut tree", "swap walnut tree | for pond"])

@@ -228,16 +228,16 @@ def test_to_leave_a_thing_as_it_then_is_binds_no_order_of_the_same_breath() -> N
     assert env.on == ["lamp"]
     agent.step("", "switch on fan; leave fan | where desk")
     assert env.on == ["lamp", "fan"]
-    assert len(agent._executor.standing(agent.rounds).untouched) == 2
+    assert len(agent._executor.dialogue_state(agent.rounds).untouched) == 2
 
 
 class LeavingRoom(LampRoom):
     """A room in which what is to be left alone is."""
 
-    def resolve(self, order, standing, pick):
-        if any(each.what == order.what for each in standing.untouched):
+    def resolve(self, order, dialogue, pick):
+        if any(each.what == order.what for each in dialogue.untouched):
             return Resolution(why="I leave it alone.")
-        return super().resolve(order, standing, pick)
+        return super().resolve(order, dialogue, pick)
 
 
 def test_what_waits_changes_nothing_of_what_holds() -> None:
@@ -246,8 +246,8 @@ def test_what_waits_changes_nothing_of_what_holds() -> None:
     agent.step("", "leave lamp; avoid lamp | why taste")
     agent.step("", "switch on lamp | if it is dark")
     agent.step("", "no")
-    standing = agent._executor.standing(agent.rounds)
-    assert (len(standing.limits), len(standing.untouched), standing.asked) == (1, 1, ())
+    dialogue = agent._executor.dialogue_state(agent.rounds)
+    assert (len(dialogue.limits), len(dialogue.untouched), dialogue.asked) == (1, 1, ())
 
 
 def test_undo_takes_back_the_last_rounds_that_did_something() -> None:

@@ -414,8 +414,8 @@ def test_undo_brings_nothing_back_that_is_ruled_out_or_bought() -> None:
     ],
 )
 def test_questions_are_answered_by_facts(what: str, part: str) -> None:
-    standing = state_after("budget | 20 $; avoid nuts | why allergy")
-    told = shop({"Large Eggs": 2}).answer(Order("ask", what), standing, PICK, what)
+    dialogue = state_after("budget | 20 $; avoid nuts | why allergy")
+    told = shop({"Large Eggs": 2}).answer(Order("ask", what), dialogue, PICK, what)
     assert part in told
 
 
@@ -455,5 +455,5 @@ def test_a_guess_counts_towards_what_is_asked_for() -> None:
         ("add whole turkey | 3", [Action("add item", "Whole Turkey", 2)]),
         ("swap pecan pie | for apple pie", [Action("remove item", "Pecan Pie", 1)]),
     ):
-        standing = state_after(said)
-        assert [*opened.resolve(standing.asked[-1], standing, PICK).actions] == acts
+        dialogue = state_after(said)
+        assert [*opened.resolve(dialogue.asked[-1], dialogue, PICK).actions] == acts

@@ -40,13 +40,13 @@ def order(text: str) -> Order:
     return found
 
 
-def plan(robot: HomeRobot, text: str, standing: DialogueState = FREE) -> list[str]:
-    return [str(action) for action in robot.resolve(order(text), standing, pick).actions]
+def plan(robot: HomeRobot, text: str, dialogue: DialogueState = FREE) -> list[str]:
+    return [str(action) for action in robot.resolve(order(text), dialogue, pick).actions]
 
 
-def why(robot: HomeRobot, text: str, standing: DialogueState = FREE) -> str:
+def why(robot: HomeRobot, text: str, dialogue: DialogueState = FREE) -> str:
     """Why nothing is done for an order."""
-    found = robot.resolve(order(text), standing, pick)
+    found = robot.resolve(order(text), dialogue, pick)
     assert found.actions == ()
     return found.why
 
@@ -68,7 +68,7 @@ def undone(
     return robot.resolve(Order("undo"), replace(dialogue, to_undo=tuple(results)), pick)
 
 
-def standing(*texts: str) -> DialogueState:
+def after(*texts: str) -> DialogueState:
     return fold([Reading(tuple(order(text) for text in texts))])
 
 
@@ -224,7 +224,7 @@ BOUND = [
 
 @pytest.mark.parametrize(("limit", "said", "actions"), BOUND)
 def test_limits_bind_orders(robot: HomeRobot, limit: str, said: str, actions: list[str]) -> None:
-    bound = standing(limit)
+    bound = after(limit)
     assert plan(robot, said, bound) == actions
     if not actions:
         assert robot.resolve(order(said), bound, pick).why
@@ -245,7 +245,7 @@ def test_nothing_ordered_or_ruled_out_is_done_unasked(
     robot: HomeRobot, said: str, thing: str, left: bool
 ) -> None:
     assert robot.actions(thing, FREE)
-    found = robot.actions(thing, standing(said))
+    found = robot.actions(thing, after(said))
     assert bool(found) == left
     assert not any(action.destination == "fridge" for action in found) or said != "leave fridge"
 
@@ -315,7 +315,7 @@ def test_undo_says_what_it_cannot_and_leaves_what_is_ruled_out(robot: HomeRobot)
     found = undone(robot, follow(robot, "slice bread", "open fridge"))
     assert [str(action) for action in found.actions] == ["close: fridge"]
     assert found.why == "I cannot undo that: slice the bread."
-    found = undone(robot, follow(robot, "put apple | where table"), standing("leave apple"))
+    found = undone(robot, follow(robot, "put apple | where table"), after("leave apple"))
     assert (found.actions, found.why) == ((), "I leave the apple alone, as you asked.")
 
 

@@ -28,7 +28,7 @@ ROWS = {
         "goals": ["feed guests", "have a party"],
         "question": "How many?",
     },
-    "occasion": {
+    "scenario": {
         "id": "a-3",
         "domain": "grocery",
         "aim": "feed guests",
@@ -67,14 +67,14 @@ def drawn(found: list[Entry], *, known: list[Entry] | None = None, seed: int = 0
 
 
 def test_each_kind_of_row_is_read_as_what_it_is(tmp_path: Path) -> None:
-    line, talk, occasion, recipe = read(tmp_path, *ROWS.values())
+    line, talk, scenario, recipe = read(tmp_path, *ROWS.values())
     assert isinstance(line, Line)
     assert line.orders == (Order("none"),)
     turns = (Turn("Yes?", "We have guests."),)
     goals = ("feed guests", "have a party")
     assert talk == Talk("a-2", "grocery", turns, "add: milk", goals, "How many?")
-    assert isinstance(occasion, Scenario)
-    assert occasion.unwanted == ("dog food",)
+    assert isinstance(scenario, Scenario)
+    assert scenario.unwanted == ("dog food",)
     assert isinstance(recipe, Scenario)
 
 
@@ -108,9 +108,9 @@ def test_recombined_messages_say_what_their_orders_name(
 
 def test_what_is_taught_is_what_the_writer_is_asked_for(tmp_path: Path) -> None:
     """Its prompts are those of the lessons, and it understands their answers."""
-    talk, occasion = read(tmp_path, ROWS["talk"], ROWS["occasion"])
+    talk, scenario = read(tmp_path, ROWS["talk"], ROWS["scenario"])
     assert isinstance(talk, Talk)
-    assert isinstance(occasion, Scenario)
+    assert isinstance(scenario, Scenario)
     asked = []
 
     class Keeps(WordModel):
@@ -118,7 +118,7 @@ def test_what_is_taught_is_what_the_writer_is_asked_for(tmp_path: Path) -> None:
             asked.append(list(messages))
             return super().generate(messages, **settings)
 
-    made = drawn([talk, occasion])
+    made = drawn([talk, scenario])
     answers = {each.kind: each.answer for each in made}
     writer = Writer(Keeps({"Name what": answers["goals"], "aim calls": answers["needs"]}))
     assert writer.goals(LANGUAGES["grocery"].task, talk.turns) == [*talk.goals]
@@ -137,7 +137,7 @@ def judged(made: list[Lesson]) -> list[tuple[str, str]]:
 
 @pytest.mark.parametrize("domain", ["grocery", "house"])
 def test_judgements_never_call_needed_what_is_unwanted_nor_the_reverse(domain: str) -> None:
-    found = [*shipped_scenarios(domain).occasions[:120]]
+    found = [*shipped_scenarios(domain).scenarios[:120]]
     by_aim = {each.aim: each for each in found}
     labels = set[str]()
     made = lessons_of(found, WordModel(), LANGUAGES, known=found)
@@ -156,8 +156,8 @@ def test_judgements_never_call_needed_what_is_unwanted_nor_the_reverse(domain: s
     assert len(by_aim) > 100
 
 
-def test_an_occasion_never_lies_in_its_own_prompt() -> None:
-    found = [*shipped_scenarios("grocery").occasions[:60]]
+def test_a_scenario_never_lies_in_its_own_prompt() -> None:
+    found = [*shipped_scenarios("grocery").scenarios[:60]]
     made = lessons_of(found, WordModel(), LANGUAGES, known=found)
     shown = 0
     for number, each in enumerate(found):

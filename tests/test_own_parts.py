@@ -163,10 +163,10 @@ def test_an_agent_that_resumes_no_rounds_starts_anew() -> None:
 class Hammer(LampRoom):
     """Its verb that cannot be undone comes to an action of another name."""
 
-    def resolve(self, order, standing, pick):
+    def resolve(self, order, dialogue, pick):
         if order.do == "smash":
             return Resolution((Action("destroy", order.what),))
-        return super().resolve(order, standing, pick)
+        return super().resolve(order, dialogue, pick)
 
     def step(self, action):
         if action.name == "destroy":

@@ -78,16 +78,16 @@ class Judges(WordModel):
 
 
 def act(
-    env: Environment, table: Mapping[str, str], *wants: Want, history=(), standing=FREE, **options
+    env: Environment, table: Mapping[str, str], *wants: Want, history=(), dialogue=FREE, **options
 ) -> Outcome:
     planner = NeedPlanner(Writer(Judges(table)), **options)
-    return planner.act(env, wants, HELLO, history, standing)
+    return planner.act(env, wants, HELLO, history, dialogue)
 
 
 def lived(
     offers: Sequence[str], table: Mapping[str, str], *wants: Want, **options
 ) -> tuple[Lived, Outcome]:
-    """What is done where occasions say it."""
+    """What is done where scenarios say it."""
     room = Lived(offers, table)
     return room, act(room, table, *wants, **options)
 
@@ -125,7 +125,7 @@ def test_what_is_done_is_in_the_order_of_life_and_no_more_than_the_limit() -> No
 
 def test_what_serves_two_needs_is_done_once() -> None:
     class Switched(Lived):
-        def serving(self, need, standing):
+        def serving(self, need, dialogue):
             return [Action("switch on", "lamp")]
 
     table = {"read": "lamp, light"}
@@ -136,7 +136,7 @@ def test_what_serves_two_needs_is_done_once() -> None:
 
 def test_nothing_lasting_is_done_unasked_and_no_part_of_it() -> None:
     class Fragile(Lived):
-        def serving(self, need, standing):
+        def serving(self, need, dialogue):
             return [Action("switch on", need), *[Action("smash", need)] * (need == "vase")]
 
     table = {"read": "vase, lamp"}
@@ -148,7 +148,7 @@ def test_nothing_lasting_is_done_unasked_and_no_part_of_it() -> None:
 class Wired(Lived):
     """Serves a need by several things at once."""
 
-    def serving(self, need, standing):
+    def serving(self, need, dialogue):
         return [Action("switch on", name) for name in need.split(" and ")]
 
 
@@ -177,7 +177,7 @@ SWITCHED_OFF = [StepResult(Action("switch off", "lamp"), True, "It is off.")]
         (
             ["lamp", "candle"],
             "lamp, candle",
-            {"standing": DialogueState(limits=(Order("avoid", "lamp"),))},
+            {"dialogue": DialogueState(limits=(Order("avoid", "lamp"),))},
             ["candle"],
         ),
         (["lamp"], "moon, lamp", {}, ["lamp"]),
@@ -229,7 +229,7 @@ def test_goals_that_are_not_known_speak_by_the_persons_words_alone(rest, on) -> 
 
 
 @pytest.mark.parametrize(("agreed", "on"), [(0.3, ["lamp", "fan"]), (0.5, ["lamp"]), (0.9, [])])
-def test_enough_occasions_must_call_for_it(agreed, on) -> None:
+def test_enough_scenarios_must_call_for_it(agreed, on) -> None:
     class Room(Lived):
         def like(self, text, most):
             return [NEAR, FAR]
@@ -249,7 +249,7 @@ def served(need: str) -> tuple[Action, ...]:
     return () if name == "moon" else (Action("switch on", name),)
 
 
-def test_nearer_occasions_speak_louder_and_what_is_unwanted_against() -> None:
+def test_nearer_scenarios_speak_louder_and_what_is_unwanted_against() -> None:
     assert called_for([], served) == {}
     alone = {way[0].target: share for way, share in called_for([NEAR], served).items()}
     assert alone["lamp"] == 1
@@ -322,7 +322,7 @@ def test_the_robot_does_what_an_aim_calls_for_and_leaves_the_rest() -> None:
     ],
     ids=["all are needed", "one is judged unwanted", "one is wrong for another goal"],
 )
-def test_without_occasions_the_writer_lists_and_judges(listed, judged, wants, on, held) -> None:
+def test_without_scenarios_the_writer_lists_and_judges(listed, judged, wants, on, held) -> None:
     room, outcome = written(listed, judged, *wants)
     assert (room.on, outcome.held) == (on, held)
 

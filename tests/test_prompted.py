@@ -145,11 +145,11 @@ def test_without_a_question_there_is_nothing_to_ask(answer: str) -> None:
 
 
 def act(
-    room: LampRoom, plans: Sequence[Any], *, terms: Any = (), standing=FREE, history=(), replans=2
+    room: LampRoom, plans: Sequence[Any], *, terms: Any = (), dialogue=FREE, history=(), replans=2
 ) -> tuple[Outcome, Answers]:
     model = Answers(relevant=[list(terms) or room.names] if terms != "" else [""], plan=plans)
     planner = PromptedPlanner(PromptedWriter(model), replans=replans)
-    return planner.act(room, [READ], TURNS, history, standing), model
+    return planner.act(room, [READ], TURNS, history, dialogue), model
 
 
 def test_the_plan_is_made_of_what_can_be_done_and_what_the_person_may_want() -> None:
@@ -222,12 +222,12 @@ def test_an_answer_that_is_no_list_leaves_everything_as_it_was(key: str, answer:
 
 def test_nothing_lasting_or_ruled_out_can_be_planned() -> None:
     class Fragile(LampRoom):
-        def actions(self, name, standing):
-            return [*super().actions(name, standing), Action("smash", name)]
+        def actions(self, name, dialogue):
+            return [*super().actions(name, dialogue), Action("smash", name)]
 
     room = Fragile(["lamp", "fan"])
-    standing = DialogueState(limits=(Order("avoid", "lamp"),))
-    _, model = act(room, [[1, 2, 3, 4]], standing=standing)
+    dialogue = DialogueState(limits=(Order("avoid", "lamp"),))
+    _, model = act(room, [[1, 2, 3, 4]], dialogue=dialogue)
     assert (room.on, room.smashed) == (["fan"], [])
     assert "smash" not in model.prompts("plan")[0]
 

@@ -27,7 +27,7 @@ class Watches:
     def __init__(self) -> None:
         self.wants: list[list[str]] = []
 
-    def act(self, env, wants, turns, history, standing):
+    def act(self, env, wants, turns, history, dialogue):
         self.wants.append([want.text for want in wants])
         return Outcome()
 

@@ -5,7 +5,7 @@ python training/cases.py OUT.jsonl FOLDER... [--asides corpus/reading/train]
 `goalscope fit` and `goalscope bench dialogues --jsonl` read the file. Beside the true goal stand 19
 wrong ones: drawn from all of its domain, or from those that are nearest to it in meaning.
 
-With `--asides` half of the occasions go on: the person asks for things that the aim calls for, and
+With `--asides` half of the scenarios go on: the person asks for things that the aim calls for, and
 says what tells nothing of it ("Perfect, thanks", "buy it"), taken from messages of that corpus.
 """
 
@@ -37,7 +37,7 @@ NEAREST = 40
 ANOTHER = 0.5  # cosine below which a goal is another aim
 SAME = 0.9  # cosine from which two goals say the same
 
-LONGER = 0.5  # share of occasions that go on
+LONGER = 0.5  # share of scenarios that go on
 MOST = 4  # turns after the first
 ASIDE = 0.4  # share of these that tell nothing
 NOTHING = {"yes", "no", "undo", "ask", "buy", "finish", "clear", "none"}
@@ -60,7 +60,7 @@ class Told:
     goal: str
 
 
-def occasions(
+def scenarios(
     row: Mapping[str, str],
     said: Sequence[str],
     needed: Sequence[str],
@@ -129,7 +129,7 @@ def read(folder: Path, asides: Mapping[str, Sequence[str]]) -> Iterator[Told]:
         for line in file.read_text(encoding="utf-8").splitlines():
             row = json.loads(line)
             if "aim" in row:
-                yield from occasions(row, row["said"], row["needed"], asides)
+                yield from scenarios(row, row["said"], row["needed"], asides)
             else:
                 talks[row["talk"]].append(row)
     for points in talks.values():

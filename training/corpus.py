@@ -1,4 +1,4 @@
-"""Corpora for writing adapters: messages, conversations, occasions and recipes, as JSON Lines."""
+"""Corpora for writing adapters: messages, conversations, scenarios and recipes, as JSON Lines."""
 
 from __future__ import annotations
 
@@ -43,13 +43,13 @@ class Talk:
 Entry = Line | Talk | Scenario
 """A line of a corpus."""
 
-_KINDS = {Line: "messages", Talk: "points of talks", Scenario: "occasions"}
+_KINDS = {Line: "messages", Talk: "points of talks", Scenario: "scenarios"}
 
 
 def read_entries(path: Path) -> list[Entry]:
     """The entries of a JSON Lines file, or of all files in a folder.
 
-    A row with a `title` and `ingredients` is a recipe: an occasion to make that dish. At most 2,400
+    A row with a `title` and `ingredients` is a recipe: a scenario to make that dish. At most 2,400
     recipes are used, always the same sample.
 
     Raises:
@@ -119,7 +119,7 @@ _AT_HOME = ("water", "salt", "ice")
 
 
 def _recipe(data: Mapping[str, Any], number: int) -> list[Scenario]:
-    """The occasion to make a dish; None if too few of its ingredients are recognised."""
+    """The scenario to make a dish; None if too few of its ingredients are recognised."""
     title = re.sub(r"\([^)]*\)|[^\w\s'&-]|\b[IVX]+$", "", str(data.get("title", ""))).strip()
     found: dict[str, None] = {}
     for text in map(str, data["ingredients"]):

@@ -51,7 +51,7 @@ class Lesson:
 
 
 Draw = Callable[[random.Random], list[Lesson]]
-"""Draws the lessons of one conversation or occasion; they share prefixes."""
+"""Draws the lessons of one conversation or scenario; they share prefixes."""
 
 Conversation = Sequence[Line]
 """Lines of one person, each with the previous ones as its context."""
@@ -70,7 +70,7 @@ def lessons_of(
         found: The entries of the corpus.
         model: The model to teach.
         languages: The verbs, by domain.
-        known: The occasions to look up.
+        known: The scenarios to look up.
     """
     lines = [each for each in found if isinstance(each, Line)]
     talks = [each for each in found if isinstance(each, Talk)]
@@ -100,17 +100,17 @@ def _talk_lessons(talk: Talk, task: str, draw: random.Random) -> list[Lesson]:
     ]
 
 
-def _need_lessons(occasions: Sequence[Scenario], known: Sequence[Scenario]) -> list[Draw]:
-    """Lessons on what aims need, with the nearest occasions in the prompt."""
+def _need_lessons(scenarios: Sequence[Scenario], known: Sequence[Scenario]) -> list[Draw]:
+    """Lessons on what aims need, with the nearest scenarios in the prompt."""
     found: list[Draw] = []
     nearest: dict[str, Nearest] = {}
     things: dict[str, list[str]] = {}
-    for each in occasions:
+    for each in scenarios:
         if each.domain not in nearest:
             near = Nearest([other for other in known if other.domain == each.domain])
             nearest[each.domain] = near
             things[each.domain] = sorted(
-                {thing for other in near.occasions for thing in other.needed + other.nice}
+                {thing for other in near.scenarios for thing in other.needed + other.nice}
             )
         found.append(partial(_need_lesson, each, nearest[each.domain], things[each.domain]))
     return found

@@ -57,12 +57,12 @@ class Stocked(GroceryShop):
         super().reset()
         self.step(self.first)
 
-    def actions(self, name: str, standing: DialogueState) -> list[Action]:
-        return [Action("buy basket"), Action("checkout"), *super().actions(name, standing)]
+    def actions(self, name: str, dialogue: DialogueState) -> list[Action]:
+        return [Action("buy basket"), Action("checkout"), *super().actions(name, dialogue)]
 
-    def serving(self, need: str, standing: DialogueState) -> list[Action]:
+    def serving(self, need: str, dialogue: DialogueState) -> list[Action]:
         pay = [Action("buy basket")] if need in ("milk", "buy basket") else []
-        return [*super().actions(need, standing)[:1], *pay]
+        return [*super().actions(need, dialogue)[:1], *pay]
 
 
 def refuses(step: Callable[[], object]) -> bool:

@@ -184,7 +184,7 @@ class Agent:
         last = self.rounds[-1]
         orders = last.reading.orders if last.reading else ()
         questions = [order for order in orders if order.do == "ask"]
-        state = self._executor.standing(self.rounds)
+        state = self._executor.dialogue_state(self.rounds)
         answers = [
             self.env.answer(question, state, self._pick, last.turn.utterance)
             for question in questions
@@ -384,7 +384,7 @@ class Agent:
         wants = [Want(goal.text, probability) for goal, probability in self._top_goals]
         history = [*self._history, *done.results]
         try:
-            return self.toolkit.planner.act(self.env, wants, turns, history, done.standing)
+            return self.toolkit.planner.act(self.env, wants, turns, history, done.dialogue)
         except UnreadableAnswerError as error:
             done.notes.append(f"No plan was made. {error}")
             return Outcome()

@@ -60,7 +60,7 @@ class Execution:
         reasons: Why each of them waits.
         end: End of the question about them.
         notes: What to tell the person.
-        standing: The state of the dialogue after these words.
+        dialogue: The state of the dialogue after these words.
     """
 
     turn: Turn
@@ -76,7 +76,7 @@ class Execution:
     reasons: list[str] = field(default_factory=list[str])
     end: str = "Shall I?"
     notes: list[str] = field(default_factory=list[str])
-    standing: DialogueState = field(default_factory=DialogueState)
+    dialogue: DialogueState = field(default_factory=DialogueState)
 
     @property
     def orders(self) -> list[Order]:
@@ -160,7 +160,7 @@ class Executor:
         if rounds and rounds[-1].pending and not done.released:
             done.notes.append(NOT_CONFIRMED)
         self._undo(rounds, done)
-        done.standing = self.standing(
+        done.dialogue = self.dialogue_state(
             rounds, reading, released=done.released, retracts=done.retracts
         )
         for order in done.orders:
@@ -174,13 +174,13 @@ class Executor:
             return
         new, reason = order not in done.released, ""
         if by_verb and new:
-            limit = None if order.do in self._takes_away else done.standing.forbids(order)
+            limit = None if order.do in self._takes_away else done.dialogue.forbids(order)
             sure = done.reading.sure(order, self._unsure)
             reason = reason_to_wait(order, limit, sure=sure, wary=done.wary)
             if limit:
                 done.hold(order, reason, grave=True)
                 return
-        binding = done.standing.beside(order, done.reading.orders)
+        binding = done.dialogue.beside(order, done.reading.orders)
         found = resolve(self._env, order, binding, self._pick)
         done.notes += [found.why] if found.why else []
         lasting = order.do in self._irreversible or any(
@@ -197,7 +197,7 @@ class Executor:
                 break
         done.notes += [found.warning] if found.actions and found.warning else []
 
-    def standing(
+    def dialogue_state(
         self,
         rounds: Sequence[Round],
         reading: Reading | None = None,
@@ -243,7 +243,7 @@ class Executor:
         if not orders:
             return
         gone = retracted(rounds)
-        standing = [
+        effective = [
             each
             for each in rounds
             if each.number not in gone
@@ -252,11 +252,11 @@ class Executor:
         every = any(order.what == _ALL for order in orders)
         named = any(order.what not in ("", _ALL) for order in orders)
         count = sum(max(1, round(order.quantity or 1)) for order in orders)
-        last = standing if every else [] if named else standing[-count:]
+        last = effective if every else [] if named else effective[-count:]
         if not last:
             done.notes.append(NOTHING)
             return
-        left = self.standing(rounds, retracts=[each.number for each in last])
+        left = self.dialogue_state(rounds, retracts=[each.number for each in last])
         back: list[Round] = []
         for each in reversed(last):
             results = each.results[each.reversals :]

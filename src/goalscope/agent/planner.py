@@ -125,15 +125,15 @@ class Planner(Protocol):
 
 
 class NeedPlanner:
-    """Does what likely goals call for, by occasions that people described.
+    """Does what likely goals call for, by scenarios that people described.
 
-    The occasions most like the person's words and a goal vote on what to do under that goal; the
+    The scenarios most like the person's words and a goal vote on what to do under that goal; the
     share of votes beyond `Proactive.agreed` is its value. So what several goals share comes
-    first. In a domain without occasions the writer lists needs and judges them, along with what
+    first. In a domain without scenarios the writer lists needs and judges them, along with what
     the environment offers.
 
     Args:
-        writer: Lists and judges needs where there are no occasions.
+        writer: Lists and judges needs where there are no scenarios.
         limit: Largest number of things in one round.
         cost: Of a question before acting; see `choose`.
     """
@@ -202,22 +202,22 @@ class NeedPlanner:
         room = env.here()
         written = self.writer.needs(aims[leading], said, (), room)
         listed = [*written, *env.offers(f"{said} {aims[leading]}".strip(), _OFFERS)]
-        ways = {way: thing for thing in reversed(listed) if (way := served(thing))}
-        if not ways:
+        sequences = {sequence: thing for thing in reversed(listed) if (sequence := served(thing))}
+        if not sequences:
             return []
-        judged = self.writer.judged([*ways.values()], aims, said, (), room)
+        judged = self.writer.judged([*sequences.values()], aims, said, (), room)
         value = 2 * judged[:, :, 0] + judged[:, :, 1] - 1
-        return [dict(zip(ways, row, strict=True)) for row in value.tolist()]
+        return [dict(zip(sequences, row, strict=True)) for row in value.tolist()]
 
 
 _LIKE = 8
 """Scenarios that vote."""
 _OFFERS = 16
-"""Things of the environment that are judged where there are no occasions."""
+"""Things of the environment that are judged where there are no scenarios."""
 _LITTLE = 0.1
 """Probability of unknown goals below which they get no vote."""
-_FALL = 0.3  # nats by which each next occasion counts less
-_RANKS = 30  # place in an occasion's list from which on a thing has no vote
+_FALL = 0.3  # nats by which each next scenario counts less
+_RANKS = 30  # place in a scenario's list from which on a thing has no vote
 
 ActionSequence = tuple[Action, ...]
 """The actions that serve one need."""
@@ -227,23 +227,23 @@ class _Served:
     """Looks up how a need is served here, once for each."""
 
     def __init__(self, env: Proactive, dialogue: DialogueState) -> None:
-        self._env, self._standing = env, dialogue
-        self._ways: dict[str, ActionSequence] = {}
+        self._env, self._dialogue = env, dialogue
+        self._sequences: dict[str, ActionSequence] = {}
         self._kinds: dict[ActionSequence, str] = {}
         self.names: dict[ActionSequence, str] = {}
 
     def __call__(self, need: str) -> ActionSequence:
         """The actions; none if nothing serves the need."""
-        if need not in self._ways:
-            self._ways[need] = tuple(self._env.serving(need, self._standing))
-            self.names.setdefault(self._ways[need], need)
-        return self._ways[need]
+        if need not in self._sequences:
+            self._sequences[need] = tuple(self._env.serving(need, self._dialogue))
+            self.names.setdefault(self._sequences[need], need)
+        return self._sequences[need]
 
-    def kind(self, way: ActionSequence) -> str:
+    def kind(self, sequence: ActionSequence) -> str:
         """The kinds of its actions."""
-        if way not in self._kinds:
-            self._kinds[way] = "; ".join(map(self._env.kind, way))
-        return self._kinds[way]
+        if sequence not in self._kinds:
+            self._kinds[sequence] = "; ".join(map(self._env.kind, sequence))
+        return self._kinds[sequence]
 
 
 def called_for(
@@ -251,16 +251,17 @@ def called_for(
     served: Callable[[str], ActionSequence],
     kind: Callable[[ActionSequence], str] = str,
 ) -> dict[ActionSequence, float]:
-    """The occasions' votes for each way to act, up to 1 if all of them need it first.
+    """The scenarios' votes for each sequence of actions, up to 1 if all of them need it first.
 
-    Nearer occasions count more, and what is unwanted on one counts against a way. Needs that are
-    served in the same way are one. One way of each kind gets the votes of the whole kind, so that
-    people who want different flours vote for one: the plain one if enough want it, or else the one
-    with the most votes. The ways are in the order of the occasions, as one may build on another.
+    Nearer scenarios count more, and what is unwanted in one counts against a sequence. Needs that
+    the same sequence serves are one. One sequence of each kind gets the votes of the whole kind, so
+    that people who want different flours vote for one: the plain one if enough want it, or else the
+    one with the most votes. The sequences are in the order of the scenarios, as one may build on
+    another.
 
     Args:
-        like: The occasions, nearest first.
-        served: Finds the way to serve a need.
+        like: The scenarios, nearest first.
+        served: Finds the sequence that serves a need.
         kind: See `Proactive.kind`.
     """
     weights = np.exp(-_FALL * np.arange(len(like)))
@@ -271,23 +272,23 @@ def called_for(
         votes: dict[ActionSequence, float] = {}
         for things, worth in ((each.needed, 1.0), (each.nice, 0.5), (each.unwanted, -1.0)):
             for rank, thing in enumerate(things):
-                if way := served(thing):
-                    votes.setdefault(way, weight * worth * (1 - rank / _RANKS))
-        for place, (way, vote) in enumerate(votes.items()):
-            found[way] += vote
+                if sequence := served(thing):
+                    votes.setdefault(sequence, weight * worth * (1 - rank / _RANKS))
+        for place, (sequence, vote) in enumerate(votes.items()):
+            found[sequence] += vote
             if vote > 0:
-                places.setdefault(way, place)
+                places.setdefault(sequence, place)
         ballots.append(votes)
     speakers: dict[str, ActionSequence] = {}
-    for way in sorted(places, key=lambda way: -found[way]):
-        speakers.setdefault(kind(way), way)
-    for name, way in speakers.items():
+    for sequence in sorted(places, key=found.__getitem__, reverse=True):
+        speakers.setdefault(kind(sequence), sequence)
+    for name, sequence in speakers.items():
         plain = served(name)
-        speaker = plain if plain in places and found[plain] > found[way] / 2 else way
+        speaker = plain if plain in places and found[plain] > found[sequence] / 2 else sequence
         for votes in ballots:
             if speaker not in votes:
                 found[speaker] += max((v for w, v in votes.items() if kind(w) == name), default=0)
-    return {way: found[way] for way in sorted(places, key=lambda way: places[way])}
+    return {each: found[each] for each in sorted(places, key=places.__getitem__)}
 
 
 def _carried_out(

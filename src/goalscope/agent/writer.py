@@ -18,7 +18,7 @@ from goalscope.models.scoring import logprobs_of
 from goalscope.prompts import recent, render
 
 LIKE = 4
-"""Number of occasions in the prompt that asks what an aim calls for."""
+"""Number of scenarios in the prompt that asks what an aim calls for."""
 
 JUDGEMENTS = ("needed", "nice", "not")
 """Judgements of a thing under an aim: needed, nice to have, or not wanted."""
@@ -32,7 +32,7 @@ _SURE = -7.0
 Four in five of the questions above it are sensible, one in five of all.
 """
 _TURNS = 6
-_WRITTEN = 2  # goals of the writer, beside the one of an occasion
+_WRITTEN = 2  # goals of the writer, beside the one of a scenario
 _MOST_TOKENS = {"goals": 96, "question": 32, "needs": 128}
 
 Array = npt.NDArray[np.float64]
@@ -71,12 +71,12 @@ class Writer:
         return line if sure and reply.finish != "length" and line.endswith("?") else ""
 
     def needs(self, aim: str, said: str, like: Sequence[Scenario], room: str = "") -> list[str]:
-        """What an aim calls for, in the style of occasions, the most needed first.
+        """What an aim calls for, in the style of scenarios, the most needed first.
 
         Args:
             aim: In one phrase; "" if only the words are known.
             said: The person's words.
-            like: Similar occasions.
+            like: Similar scenarios.
             room: Description of the place, if it matters.
         """
         written = self._written("needs", needs_prompt(aim, said, like, room))
@@ -101,7 +101,7 @@ class Writer:
             things: Things to judge.
             aims: See `needs`, as for the others.
             said: The person's words.
-            like: Similar occasions.
+            like: Similar scenarios.
             room: Description of the place.
         """
         prompts = [needs_prompt(aim, said, like, room, thing) for aim in aims for thing in things]
@@ -121,13 +121,13 @@ class Writer:
 
 
 class Recalling:
-    """Adds the aim of the most similar occasion to the goals that a writer names.
+    """Adds the aim of the most similar scenario to the goals that a writer names.
 
-    A writer's goals keep close to the words; an occasion's aim is worded as people would.
+    A writer's goals keep close to the words; a scenario's aim is worded as people would.
 
     Args:
         writer: Names goals. If it names none, nothing is added.
-        like: Finds occasions; see `goalscope.envs.Environment.like`.
+        like: Finds scenarios; see `goalscope.envs.Environment.like`.
     """
 
     def __init__(self, writer: Writer, like: Callable[[str, int], Sequence[Scenario]]) -> None:

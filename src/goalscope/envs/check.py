@@ -231,7 +231,7 @@ class _Trial:
               "return Resolution() for a limit that needs no action")  # fmt: skip
 
     def _try_needs(self, text: str) -> None:
-        """What occasions call for may be lacking, but is not misspelt."""
+        """What scenarios call for may be lacking, but is not misspelt."""
         if not isinstance(self.env, Proactive):
             return
         like = self.call("like", text, 8)

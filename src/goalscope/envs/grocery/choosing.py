@@ -122,9 +122,9 @@ class Choice:
         self._tags = {tag for item in catalogue.items for tag in item.tags} | {*DIETS}
         self._search = search
 
-    def bounds(self, standing: DialogueState) -> Bounds:
+    def bounds(self, dialogue: DialogueState) -> Bounds:
         """The bounds that the limits of a dialogue come to here."""
-        return bounds_of(standing, self._labels if standing.limits else frozenset())
+        return bounds_of(dialogue, self._labels if dialogue.limits else frozenset())
 
     @cached_property
     def _labels(self) -> frozenset[str]:

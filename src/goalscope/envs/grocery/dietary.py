@@ -206,11 +206,11 @@ def _listed(names: Sequence[str]) -> str:
     return ", ".join(names[:_NAMED]) + more
 
 
-def bounds_of(standing: DialogueState, labelled: frozenset[str] = frozenset()) -> Bounds:
+def bounds_of(dialogue: DialogueState, labelled: frozenset[str] = frozenset()) -> Bounds:
     """The bounds that the limits of a dialogue come to in a shop that labels some restrictions."""
     diets, some, grave = set[str](), set[str](), set[str]()
     refused: list[str] = []
-    for limit in standing.limits:
+    for limit in dialogue.limits:
         found = diets_of(limit)
         bound = {*found}
         (some if limit.for_ and limit.why != "allergy" else diets).update(found)
@@ -220,7 +220,7 @@ def bounds_of(standing: DialogueState, labelled: frozenset[str] = frozenset()) -
             refused.append(refusal(limit))
             bound.add(refused[-1])
         grave.update(bound if limit.why in GRAVE else ())
-    budget = standing.budget
+    budget = dialogue.budget
     most = None if budget is None or budget.quantity is None else Decimal(str(budget.quantity))
     return Bounds(
         frozenset(diets),

@@ -188,16 +188,16 @@ def remains(view: View, things: Sequence[str]) -> list[str]:
     return [own for own in dict.fromkeys((*things, *pieces)) if own not in gone]
 
 
-def bound(view: View, standing: DialogueState) -> set[str]:
+def bound(view: View, dialogue: DialogueState) -> set[str]:
     """Ids of what nobody may touch: what is to be left alone or must not come."""
-    limits = (*standing.untouched, *(each for each in standing.limits if each.do == "avoid"))
+    limits = (*dialogue.untouched, *(each for each in dialogue.limits if each.do == "avoid"))
     found = {own for limit in limits for own in _covered(view, limit)}
     return found | {own for own in view.table if own.rpartition("|")[0] in found}
 
 
-def asked_about(view: View, standing: DialogueState) -> set[str]:
+def asked_about(view: View, dialogue: DialogueState) -> set[str]:
     """Ids of the things that the person has ordered something to be done with."""
-    return {own for order in standing.asked for own in _worded(view, order.what)}
+    return {own for order in dialogue.asked for own in _worded(view, order.what)}
 
 
 def _covered(view: View, limit: Order) -> Sequence[str]:

@@ -53,15 +53,15 @@ class Scenario:
 
 
 class Nearest:
-    """Finds the occasions nearest to a text, by meaning and by shared words.
+    """Finds the scenarios nearest to a text, by meaning and by shared words.
 
     Args:
-        occasions: Among which to find.
+        scenarios: Among which to find.
     """
 
-    def __init__(self, occasions: Sequence[Scenario]) -> None:
-        self.occasions = tuple(occasions)
-        texts = [(each.aim, *each.said) for each in occasions]
+    def __init__(self, scenarios: Sequence[Scenario]) -> None:
+        self.scenarios = tuple(scenarios)
+        texts = [(each.aim, *each.said) for each in scenarios]
         self._owner = np.repeat(np.arange(len(texts)), [len(each) for each in texts])
         sums = summed([text for each in texts for text in each])
         ends = np.cumsum([len(each) for each in texts], dtype=int).tolist()
@@ -82,21 +82,21 @@ class Nearest:
                 self._weights.setdefault(word, {})[i] = float(weight)
 
     def __call__(self, text: str, most: int, *, without: str = "") -> list[Scenario]:
-        """The `most` nearest occasions, nearest first; not the one whose id is `without`."""
-        if not self.occasions:
+        """The `most` nearest scenarios, nearest first; not the one whose id is `without`."""
+        if not self.scenarios:
             return []
         vector = embedded([text])[0]
-        best = np.full(len(self.occasions), -1.0)
+        best = np.full(len(self.scenarios), -1.0)
         np.maximum.at(best, self._owner, self._parts @ vector)
         shared = self._shared(text)
         near = (best + self._whole @ vector) / 2 + _WORDS * shared
         order: list[int] = np.argsort(-near, kind="stable")[: most + 1].tolist()
-        found = [self.occasions[i] for i in order]
+        found = [self.scenarios[i] for i in order]
         return [each for each in found if each.id != without][:most]
 
     def _shared(self, text: str) -> npt.NDArray[np.float64]:
         """[N] words shared with a text, 1 for the most."""
-        found = np.zeros(len(self.occasions))
+        found = np.zeros(len(self.scenarios))
         for word in {*singulars(text)}:
             for i, weight in self._weights.get(word, {}).items():
                 found[i] += weight
@@ -105,7 +105,7 @@ class Nearest:
 
 @cache
 def shipped_scenarios(domain: str) -> Nearest:
-    """The occasions that come with goalscope for a domain."""
+    """The scenarios that come with goalscope for a domain."""
     folder = files("goalscope.envs.scenarios")
     lines = (
         line
@@ -118,7 +118,7 @@ def shipped_scenarios(domain: str) -> Nearest:
 
 
 def scenario_from_json(data: object) -> Scenario:
-    """The occasion in a row of JSON.
+    """The scenario in a row of JSON.
 
     Raises:
         InvalidInputError: A key is missing, or its value is of another kind.

@@ -24,8 +24,8 @@ def read(*texts: str) -> list[Reading]:
     return [Reading(orders_from_text(text, VERBS)) for text in texts]
 
 
-def limits(standing: DialogueState) -> list[str]:
-    return [limit.what for limit in standing.limits]
+def limits(dialogue: DialogueState) -> list[str]:
+    return [limit.what for limit in dialogue.limits]
 
 
 def test_limits_stand_until_something_lifts_them() -> None:
@@ -38,9 +38,9 @@ def test_limits_stand_until_something_lifts_them() -> None:
 def test_an_order_lifts_no_allergy_and_no_diet() -> None:
     for why in ("allergy", "diet"):
         said = read(f"avoid nuts | for my son | why {why}", "add nuts")
-        standing = fold(said)
-        assert limits(standing) == ["nuts"]
-        assert standing.forbids(Order("add", "mixed nuts")) == standing.limits[0]
+        dialogue = fold(said)
+        assert limits(dialogue) == ["nuts"]
+        assert dialogue.forbids(Order("add", "mixed nuts")) == dialogue.limits[0]
         assert limits(fold(said, released=[(), (), (Order("add", "nuts"),)])) == ["nuts"]
         confirmed = fold(
             [*said, Reading((Order("yes"),))], released=[(), (), (Order("add", "nuts"),)]
@@ -57,8 +57,8 @@ def test_what_takes_a_thing_away_lifts_nothing() -> None:
 
 def test_undoing_leaves_readings_out_but_no_allergy() -> None:
     said = read("avoid nuts | why allergy\nadd milk", "budget | 30 $\navoid pork", "undo | 2")
-    standing = fold(said, retracted={0, 1})
-    assert (limits(standing), standing.budget, standing.asked) == (["nuts"], None, ())
+    dialogue = fold(said, retracted={0, 1})
+    assert (limits(dialogue), dialogue.budget, dialogue.asked) == (["nuts"], None, ())
 
 
 def test_a_milder_word_does_not_weaken_an_allergy() -> None:
@@ -80,14 +80,14 @@ def test_the_kind_without_it_lifts_no_limit() -> None:
 
 def test_what_waits_counts_for_nothing_but_an_allergy_does() -> None:
     said = read("avoid mushrooms | why taste", "add mushrooms\navoid nuts | why allergy")
-    standing = fold(said, waiting=[(), said[1].orders])
-    assert (limits(standing), standing.asked) == (["mushrooms", "nuts"], ())
+    dialogue = fold(said, waiting=[(), said[1].orders])
+    assert (limits(dialogue), dialogue.asked) == (["mushrooms", "nuts"], ())
 
 
 def test_the_newest_budget_holds_and_what_is_left_alone_is_known() -> None:
-    standing = fold(read("budget | 30 $\nleave milk", "budget | 20 $"))
-    assert standing.budget == Order("budget", quantity=20, unit="$")
-    assert [order.what for order in standing.untouched] == ["milk"]
+    dialogue = fold(read("budget | 30 $\nleave milk", "budget | 20 $"))
+    assert dialogue.budget == Order("budget", quantity=20, unit="$")
+    assert [order.what for order in dialogue.untouched] == ["milk"]
     assert fold(read("leave milk", "swap milk | for oat milk")).untouched == ()
 
 
@@ -99,8 +99,8 @@ def test_no_allergy_is_ever_lost_unless_confirmed(readings: list[Reading], gone:
         for order in reading.orders
         if order.do == "avoid" and order.why == "allergy" and order.what
     }
-    standing = fold(readings, retracted=gone)
-    assert told <= {limit.what for limit in standing.limits if limit.why in ("allergy", "diet")}
+    dialogue = fold(readings, retracted=gone)
+    assert told <= {limit.what for limit in dialogue.limits if limit.why in ("allergy", "diet")}
 
 
 @given(READINGS, st.sets(st.integers(0, 5)))

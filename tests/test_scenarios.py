@@ -49,21 +49,21 @@ def test_among_none_none_is_found() -> None:
     assert shipped_scenarios("garden")("a pond", 4) == []
 
 
-def test_an_occasion_that_nobody_told_is_found_by_its_aim() -> None:
+def test_a_scenario_that_nobody_told_is_found_by_its_aim() -> None:
     quiet = Scenario("c-1", "grocery", "polish silver spoons", (), ("cloth",))
     assert Nearest([CAKE, quiet])("silver spoons", 1) == [quiet]
 
 
-def test_shipped_occasions_are_many_and_each_is_named_once() -> None:
-    found = [each for domain in DOMAINS for each in shipped_scenarios(domain).occasions]
+def test_shipped_scenarios_are_many_and_each_is_named_once() -> None:
+    found = [each for domain in DOMAINS for each in shipped_scenarios(domain).scenarios]
     assert len(found) > 2000
     assert len({each.id for each in found}) == len(found)
     assert {each.domain for each in found} == {*DOMAINS}
 
 
 @pytest.mark.parametrize("domain", DOMAINS)
-def test_each_shipped_occasion_has_its_lists_and_no_phrase_twice(domain: str) -> None:
-    for each in shipped_scenarios(domain).occasions:
+def test_each_shipped_scenario_has_its_lists_and_no_phrase_twice(domain: str) -> None:
+    for each in shipped_scenarios(domain).scenarios:
         assert each.said, each.id
         assert each.needed, each.id
         phrases = [*each.needed, *each.nice, *each.unwanted]
@@ -72,16 +72,16 @@ def test_each_shipped_occasion_has_its_lists_and_no_phrase_twice(domain: str) ->
         assert bool(each.room) == (domain == "house"), each.id
 
 
-def test_what_shipped_occasions_of_the_house_call_for_are_orders() -> None:
-    for each in shipped_scenarios("house").occasions:
+def test_what_shipped_scenarios_of_the_house_call_for_are_orders() -> None:
+    for each in shipped_scenarios("house").scenarios:
         for phrase in (*each.needed, *each.nice, *each.unwanted):
             (order,) = orders_from_text(phrase, HomeRobot.verbs)
             assert order.what, (each.id, phrase)
 
 
-def test_the_words_of_a_shipped_occasion_find_it() -> None:
+def test_the_words_of_a_shipped_scenario_find_it() -> None:
     near = shipped_scenarios("grocery")
-    tried = near.occasions[::40]
+    tried = near.scenarios[::40]
     found = sum(each in near(each.said[0], 4) for each in tried)
     assert found > 0.95 * len(tried)
     assert all(each not in near(each.said[0], 4, without=each.id) for each in tried)
@@ -101,7 +101,7 @@ def test_the_words_of_a_shipped_occasion_find_it() -> None:
         *((data, "must be an object") for data in ([], 5, None, "eat")),
     ],
 )
-def test_a_wrong_occasion_is_refused(data: object, cause: str) -> None:
+def test_a_wrong_scenario_is_refused(data: object, cause: str) -> None:
     assert scenario_from_json(RIGHT).needed == ("bread",)
     with pytest.raises(InvalidInputError, match=cause):
         scenario_from_json(data)
