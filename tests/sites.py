@@ -6,7 +6,7 @@ import json
 import socket
 import threading
 import time
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
@@ -18,6 +18,7 @@ import uvicorn
 from fakes import GOALS, NEEDS, QUESTION, WordModel
 from goalscope.agent.settings import Settings
 from goalscope.base.types import ModelError
+from goalscope.envs.registry import BUILT_IN
 from goalscope.models import Model
 from goalscope.storage.store import Store
 from goalscope.web.app import create_app
@@ -120,11 +121,16 @@ def visit() -> Iterator[Callable[..., Person]]:
 
 
 @contextmanager
-def site(store: Path | str, model: Model | None = None, **guard: Any) -> Iterator[str]:
+def site(
+    store: Path | str,
+    model: Model | None = None,
+    domains: Sequence[str] = BUILT_IN,
+    **guard: Any,
+) -> Iterator[str]:
     """The address of a running server."""
     with socket.create_server(("127.0.0.1", 0)) as listening, Store.open(store) as opened:
         host = f"127.0.0.1:{listening.getsockname()[1]}"
-        app = create_app(opened, model or WordModel(WRITES), Settings())
+        app = create_app(opened, model or WordModel(WRITES), Settings(), domains)
         guarded = Guard(app, **{"hosts": [host], "key": KEY, **guard})
         config = uvicorn.Config(
             guarded, log_level="critical", timeout_graceful_shutdown=1, proxy_headers=False

@@ -12,6 +12,8 @@ from goalscope.base.types import GoalscopeError, InvalidInputError
 from goalscope.cli.serve import kept_key, serve
 from processes import started
 
+LAMP = str(Path(__file__).parents[1] / "examples" / "lamp.py")
+
 
 @pytest.fixture
 def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
@@ -56,8 +58,9 @@ def test_a_key_that_is_not_as_it_was_made_is_refused_with_the_remedy(folder: Pat
 def test_what_may_be_a_log_holds_no_key_and_a_restart_keeps_it(tmp_path: Path) -> None:
     told: list[str] = []
     for _ in range(2):
+        data = str(tmp_path)
         process = started(
-            "serve", "--port", "0", "--store", str(tmp_path / "e.db"), XDG_DATA_HOME=str(tmp_path)
+            "serve", LAMP, "--port", "0", "--store", f"{data}/e.db", XDG_DATA_HOME=data
         )
         assert process.stdout
         address, _, secret = process.stdout.readline().split()[-1].partition("?key=")
@@ -65,7 +68,8 @@ def test_what_may_be_a_log_holds_no_key_and_a_restart_keeps_it(tmp_path: Path) -
         key = Path(place.removeprefix("The key is saved in ").strip().rstrip(".")).read_text()
         assert secret == "KEY"
         bearer = {"authorization": f"Bearer {key}"}
-        assert httpx.get(f"{address}api/options", headers=bearer).status_code == 200
+        options = httpx.get(f"{address}api/options", headers=bearer)
+        assert [each["title"] for each in options.json()["domains"]] == ["lamp"]
         told.append(key)
         process.kill()
         process.communicate()

@@ -87,6 +87,38 @@ def test_what_was_not_begun_here_is_listed_and_replayed_but_not_continued(
     expect(page.get_by_role("cell", name="garden.py", exact=True)).to_be_visible()
 
 
+def test_a_domain_of_ones_own_is_talked_in_and_an_episode_goes_on(
+    place: Path, ids: tuple[str, str], enter
+) -> None:
+    with site(place, NamedModel(), [load_domain(str(GARDEN))]) as address:
+        page = enter(address)
+        expect(page.get_by_role("radio")).to_have_count(1)
+        expect(page.get_by_text("The agent plans a garden.")).to_be_visible()
+        begin(page)
+        expect(page.get_by_role("heading", level=1)).to_have_text("garden")
+        state = page.locator(".panel").filter(has_text="The state")
+        expect(state).to_contain_text("Nothing has been done yet.")
+        say(page, "add roses")
+        rounds(page, 1)
+        expect(state).to_contain_text("In the garden: roses, walnut tree.")
+        expect(page.locator("li.done").first).to_contain_text("add: roses")
+
+        say(page, "remove walnut tree")
+        rounds(page, 2)
+        card = page.get_by_role("region", name="To confirm")
+        expect(card.get_by_role("heading")).to_have_text("This cannot be undone.")
+        card.get_by_role("button", name="Yes").click()
+        rounds(page, 3)
+        expect(state).to_contain_text("In the garden: roses.")
+        expect(page.get_by_text("cannot be undone", exact=True)).to_be_visible()
+
+        page.goto(f"{address}#/episodes")
+        page.get_by_role("link", name="Continue").last.click()
+        say(page, "add herbs")
+        rounds(page, 2)
+        expect(state).to_contain_text("In the garden: herbs, pond, walnut tree.")
+
+
 def begin_at_home(page: Page) -> None:
     page.get_by_text("A robot in a home", exact=True).click()
     begin(page)

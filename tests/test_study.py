@@ -2,6 +2,7 @@
 
 import csv
 import json
+import shutil
 from collections import Counter
 from dataclasses import asdict, replace
 from datetime import UTC, datetime, timedelta
@@ -15,6 +16,7 @@ from hypothesis import strategies as st
 from scipy.stats import binom
 from sqlalchemy import func, select
 
+from fakes import NamedModel
 from goalscope.agent.round import Round
 from goalscope.agent.settings import Settings
 from goalscope.base.types import (
@@ -26,10 +28,11 @@ from goalscope.base.types import (
     Turn,
 )
 from goalscope.belief.belief import Belief
-from goalscope.envs.registry import profiles_of
+from goalscope.envs.registry import open_environment, profiles_of
 from goalscope.experiment.results import Results
 from goalscope.experiment.summary import inert
 from goalscope.report import read_report
+from goalscope.storage.session import Session
 from goalscope.storage.store import Store
 from goalscope.storage.tables import ANSWERS, CELLS, ITEMS, PARTICIPANTS
 from goalscope.study import plan
@@ -38,6 +41,7 @@ from goalscope.study.store import StudyStore, assigned
 from goalscope.study.summary import as_csv, krippendorff_alpha, study_tables
 from test_summary import column, row
 
+GARDEN = Path(__file__).parents[1] / "examples" / "garden.py"
 EXAMPLE = Path(plan.__file__).with_name("example.toml")
 PLAN = Plan("s", "Agree?", "Rate.", ratings_per_item=2, items_per_participant=2)
 PEOPLE = [profile.name for profile in profiles_of(Settings())]
@@ -93,7 +97,7 @@ GOOD = 'name = "a"\nconsent = "Agree?"\ninstructions = "Rate."\n'
         (GOOD + "items_per_participant = 201", "must be at most 200"),
         (GOOD + 'scale = ["a"]', "at least 4 items"),
         (GOOD + 'methods = ["god"]', "did you mean 'good'"),
-        (GOOD + 'domain = "shop"', "grocery"),
+        (GOOD + 'domain = "garden"', 'must be "grocery", "house" or an existing Python file'),
     ],
 )
 def test_what_is_no_study_is_refused_with_the_place(tmp_path, text, said):
@@ -140,6 +144,26 @@ def test_a_robot_is_judged_by_what_it_did(store):
     assert "slice" not in item.outcome
     assert item.transcript == (Turn("What?", "Hide it."),)
     assert "slice" in " ".join(item.possible).lower()
+
+
+def test_a_domain_of_ones_own_is_judged_by_what_was_done_and_how_it_ended(store, tmp_path):
+    for suffix in (".py", ".toml"):
+        shutil.copy(GARDEN.with_suffix(suffix), tmp_path)
+    (tmp_path / "study.toml").write_text(f'{GOOD}domain = "garden.py"')
+    plan = read_plan(tmp_path / "study.toml")
+    settings = Settings(domain=plan.domain, human="scripted")
+    with open_environment(settings) as env:
+        session = Session(store, settings, env, NamedModel(), profile="kitchen")
+        rounds = [*session.run()]
+    fill(store)
+    studies = StudyStore(store)
+    person = studies.join(studies.add(plan), "v", "ann")
+    assert len(person.answers) == 1
+    item, _ = studies.open(person, 1)
+    assert item.possible == ("add", "remove", "swap", "finish")
+    assert item.profile.startswith("You want to grow your own food.")
+    assert item.outcome.endswith(f"{LEFT}\n{rounds[-1].status}")
+    assert rounds[-1].status.startswith("In the garden: ")
 
 
 def test_only_people_with_whom_each_method_has_an_episode_are_rated(store):

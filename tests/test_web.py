@@ -15,10 +15,12 @@ from goalscope.agent.round import Round
 from goalscope.agent.settings import Settings
 from goalscope.base.types import TRACKING, Action, GoalscopeError, StepResult, Turn
 from goalscope.belief.belief import Belief
+from goalscope.envs.registry import load_domain
 from goalscope.storage.store import Store
 from goalscope.web.app import room_picture
 from sites import WRITES, FailsOnce, Person, site
 
+LAMP = Path(__file__).parents[1] / "examples" / "lamp.py"
 CAKE = "I want to bake a cake. Please add flour."
 
 
@@ -181,6 +183,36 @@ def test_an_episode_goes_on_after_the_server_was_started_again(tmp_path: Path, v
         assert after["version"] > before["version"]
         assert {**after, "version": 0} == {**before, "version": 0}
         assert back.say(mine, "And milk.")["round"] == 3
+
+
+def test_a_domain_of_ones_own_is_served_and_no_file_that_a_request_names_is_run(
+    tmp_path: Path, visit
+) -> None:
+    mine, other = tmp_path / "lamp.py", tmp_path / "other.py"
+    mine.write_text(LAMP.read_text())
+    other.write_text(f"open({str(tmp_path / 'ran')!r}, 'w').close()\n{LAMP.read_text()}")
+    stored = {"method": "good", "model": "words", "task": "t"}
+    with Store.open(tmp_path / "episodes.db") as store:
+        id = store.begin(**stored, domain=str(other), settings=asdict(Settings(domain=str(other))))
+    with site(tmp_path / "episodes.db", domains=[load_domain(str(mine))]) as address:
+        ann = visit(address)
+        (served,) = ann.get("/api/options")["domains"]
+        assert served == {
+            "name": str(mine), "title": "lamp", "about": "The agent looks after a lamp.",
+            "view": "text", "scenes": [],
+        }  # fmt: skip
+        episode = ann.begin()
+        ann.say(episode, "turn on lamp")
+        shown = ann.get(episode)
+        assert (shown["episode"]["domain"], shown["episode"]["view"]) == (str(mine), "text")
+        assert shown["rounds"][0]["status"] == "The lamp is on."
+        assert ann.say(episode, "finish") is None
+        for name in (str(other), "grocery", "numpy"):
+            refused = ann.post("/api/episodes", 400, domain=name)["error"]
+            assert refused == f"There is no domain '{name}' here, but {mine}."
+        assert ann.get(f"/api/episodes/{id}")["live"] is None
+        assert ann.post("/api/tracking/open_session")["task"] == "The agent looks after a lamp."
+    assert not (tmp_path / "ran").exists()
 
 
 def test_the_room_is_drawn_as_it_was_after_a_round(address: str, visit) -> None:

@@ -17,6 +17,7 @@ from goalscope.storage.tracking import Trackers
 from processes import started
 from sites import KEY, WRITES, site
 
+LAMP = Path(__file__).parents[1] / "examples" / "lamp.py"
 TASK = "Help in the kitchen."
 GOALS = ["bake a cake", "cook tomato soup"]
 SAID = "I bake a cake, a big cake."
@@ -250,7 +251,7 @@ class Wire:
     """The protocol by hand: a line of JSON for each message."""
 
     def __init__(self, store: Path) -> None:
-        self.process = started("mcp", "--store", str(store))
+        self.process = started("mcp", str(LAMP), "--store", str(store))
         self.last = 0
         told = {"name": "test", "version": "1"}
         version = {"protocolVersion": "2025-06-18", "capabilities": {}, "clientInfo": told}
@@ -285,6 +286,7 @@ def test_a_turn_that_was_answered_outlives_the_server(tmp_path: Path) -> None:
     again = Wire(tmp_path / "episodes.db")
     assert again.call("belief", session=id) == told
     assert again.call("observe", session=id, utterance=SAID, turn=1) == told
+    assert again.call("open_session")["task"] == "The agent looks after a lamp."
     rest, _ = again.process.communicate()
     assert (rest, again.process.returncode) == ("", 0)
 

@@ -65,6 +65,13 @@ def kept_key() -> tuple[str, Path]:
 
 
 def serve(
+    domains: Annotated[
+        list[str] | None,
+        typer.Argument(
+            metavar="[DOMAIN|FILE.py]...",
+            help="Domains to talk in, or Python files of your own.  [default: grocery house]",
+        ),
+    ] = None,
     host: Annotated[str, typer.Option(help="Address to listen on.")] = "127.0.0.1",
     port: Annotated[int, typer.Option(min=0, max=65535, help="Port; 0 for a free one.")] = 8000,
     name: Annotated[
@@ -94,6 +101,7 @@ def serve(
 
     from goalscope.agent.settings import Settings
     from goalscope.base.optional_packages import package
+    from goalscope.envs.registry import BUILT_IN, load_domain
     from goalscope.storage.store import Store
 
     package("fastapi", "The web page needs", GoalscopeError)
@@ -123,7 +131,8 @@ def serve(
         key, file = (key, None) if key else kept_key()
         settings = Settings(**model_names(model, generator, scorer, tokenizer, adapter))
         with Store.open(store) as episodes, settings_model(settings) as engine:
-            app = create_app(episodes, engine, settings)
+            named = [*map(load_domain, domains or BUILT_IN)]
+            app = create_app(episodes, engine, settings, named)
             guarded = Guard(app, hosts=names | {*(name or ())}, key=key)
             out = console()
             listening.listen()  # so that who reads the address now is not refused
@@ -146,6 +155,13 @@ def serve(
 
 
 def mcp(
+    domain: Annotated[
+        str | None,
+        typer.Argument(
+            metavar="[DOMAIN|FILE.py]",
+            help="Domain, or a Python file of your own, whose task sessions have by default.",
+        ),
+    ] = None,
     model: Model = None,
     generator: Writer = None,
     scorer: Scorer = None,
@@ -163,6 +179,7 @@ def mcp(
 
     from goalscope.agent.settings import Settings
     from goalscope.base.optional_packages import package
+    from goalscope.envs.registry import load_domain, task_of
     from goalscope.storage.store import Store
     from goalscope.storage.tracking import Trackers
 
@@ -171,6 +188,7 @@ def mcp(
 
     names = model_names(model, generator, scorer, tokenizer, adapter)
     settings = Settings(**names, calibration=calibration_file(calibration))
+    task = task_of(Settings(domain=load_domain(domain))) if domain else ""
     with Store.open(store) as episodes, ExitStack() as later:
 
         @cache
@@ -179,4 +197,4 @@ def mcp(
 
         if any(names.values()):
             engine()  # a wrong name fails now, not in the middle of a conversation
-        create_server(Trackers(episodes, engine, settings)).run()
+        create_server(Trackers(episodes, engine, settings), task=task).run()

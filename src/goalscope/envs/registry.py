@@ -22,6 +22,9 @@ BUILT_IN: tuple[BuiltIn, ...] = get_args(BuiltIn)
 
 SHOP, HOUSE = BUILT_IN
 
+View = Literal["basket", "map", "text"]
+"""How the page shows a state: as a table of items, drawn from above, or as its text."""
+
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class DomainSettings:
@@ -64,7 +67,8 @@ class Domain:
         open: Opens an environment, for a profile if there is one.
         load_profiles: Reads the profiles of a file; None for those of the domain.
         possible: What an agent can do here; None for the verbs.
-        view: What the page shows beside the conversation.
+        about: What the page says of it; "" for the environment's task.
+        view: How the page shows its state.
         settings: Names of the settings that only this domain takes.
         alias: Another name of it in corpora.
         scenes: Names of its scenes.
@@ -82,7 +86,8 @@ class Domain:
     open: Callable[[DomainSettings, Profile | None], Environment]
     load_profiles: Callable[[str | None], Sequence[Profile]]
     possible: tuple[str, ...] | None = None
-    view: Literal["basket", "map"] | None = None
+    about: str = ""
+    view: View = "text"
     settings: frozenset[str] = frozenset()
     alias: str = ""
     scenes: Callable[[], Sequence[str]] = _nothing
@@ -122,7 +127,7 @@ def known_as(name: str) -> str:
     return next((each for each in BUILT_IN if domain_named(each).alias == name), name)
 
 
-def load_domain(name: str) -> str:
+def load_domain(name: str, folder: Path | None = None) -> str:
     """Make a domain known to this process; returns its name for settings.
 
     A file of Python is run. It must have functions `open_environment(profile)`, where the profile
@@ -131,13 +136,14 @@ def load_domain(name: str) -> str:
 
     Args:
         name: A name or an alias of a domain, or a file.
+        folder: Where the file is, if its path is relative; None for here.
 
     Raises:
         InvalidInputError: It is none of these, it cannot be run, or a function is missing.
     """
     if known_as(name) in BUILT_IN:
         return known_as(name)
-    path = Path(name).absolute()
+    path = Path(folder or "", name).absolute()
     if not (path.is_file() and path.suffix == ".py"):
         known = ", ".join(f'"{each}"' for each in BUILT_IN)
         raise InvalidInputError(
@@ -149,6 +155,12 @@ def load_domain(name: str) -> str:
 def open_environment(settings: DomainSettings, profile: Profile | None = None) -> Environment:
     """Open the environment of some settings, for a profile if there is one."""
     return domain_named(settings.domain).open(settings, profile)
+
+
+def task_of(settings: DomainSettings) -> str:
+    """The task of the agent in the domain."""
+    with open_environment(settings) as env:
+        return env.task
 
 
 def profiles_of(settings: DomainSettings) -> tuple[Profile, ...]:

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import re
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Annotated, Literal
+from typing import Annotated
 
 from annotated_types import Interval, Len, Predicate
 
@@ -15,7 +15,13 @@ from goalscope.agent.round import Round
 from goalscope.agent.settings import settings_of
 from goalscope.base.inputs import read_toml, shown
 from goalscope.base.types import InvalidInputError, Turn
-from goalscope.envs.registry import BUILT_IN, BuiltIn, domain_named, profile_named
+from goalscope.envs.registry import (
+    BUILT_IN,
+    domain_named,
+    load_domain,
+    open_environment,
+    profile_named,
+)
 from goalscope.storage.store import EpisodeInfo, Store
 
 BEST = 3
@@ -44,7 +50,8 @@ class Plan:
         question: Question asked about each item.
         scale: Labels of the ratings 0 to 3.
         thanks: Shown at the end.
-        domain: Domain of the episodes to rate; "" for all that come with goalscope.
+        domain: Domain of the episodes to rate, or its Python file; "" for all that come with
+            goalscope.
         methods: Methods of the episodes to rate, see `Agent`; empty for all.
         transcript: Whether the conversation is shown, which the paper leaves out.
         ratings_per_item: Number of ratings wanted, from people who finish.
@@ -65,7 +72,7 @@ class Plan:
         "least reasonable", "less reasonable", "more reasonable", "most reasonable",
     )  # fmt: skip
     thanks: str = "You may close this page."
-    domain: BuiltIn | Literal[""] = ""
+    domain: str = ""
     methods: tuple[Method, ...] = ()
     transcript: bool = False
     ratings_per_item: Annotated[int, Interval(ge=1, le=1_000_000)] = 5
@@ -83,12 +90,18 @@ class Plan:
 
 
 def read_plan(file: Path) -> Plan:
-    """Read a study from a TOML file.
+    """Read a study from a TOML file; runs the Python file of a domain that it names.
 
     Raises:
         InvalidInputError: The file cannot be read, or has an unknown key or value.
     """
-    return read_toml(file, Plan)
+    plan = read_toml(file, Plan)
+    if not plan.domain:
+        return plan
+    try:
+        return replace(plan, domain=load_domain(plan.domain, file.parent))
+    except InvalidInputError as error:
+        raise InvalidInputError(f"{file.name}: {error}") from None
 
 
 @dataclass(frozen=True, slots=True)
@@ -142,16 +155,21 @@ def chosen_episodes(store: Store, plan: Plan) -> list[EpisodeInfo]:
 def item_of(store: Store, info: EpisodeInfo, plan: Plan) -> Item:
     """The item of a stored episode."""
     rounds = store.rounds(info.id)
-    person = profile_named(settings_of(info.settings), info.profile) if info.profile else None
+    settings = settings_of(info.settings)
+    person = profile_named(settings, info.profile) if info.profile else None
     profile = " ".join(person.description.split()) if person else ""
     domain = domain_named(info.domain)
+    possible = domain.possible
+    if possible is None:
+        with open_environment(settings, person) as env:
+            possible = tuple(verb.name for verb in env.verbs)
     if domain.judged == ("outcome",):
         outcome = rounds[-1].status if rounds else ""
     else:
         outcome = _actions(rounds)
     return Item(
         info.task,
-        tuple(dict.fromkeys(domain.possible or ())),
+        tuple(dict.fromkeys(possible)),
         profile,
         outcome or NOTHING,
         tuple(round.turn for round in rounds) if plan.transcript else (),

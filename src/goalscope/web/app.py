@@ -27,8 +27,14 @@ from goalscope.base.text import model_shown
 from goalscope.base.types import ConflictError, Goal, GoalscopeError, InvalidInputError
 from goalscope.belief.explain import reasons
 from goalscope.belief.tracker import Correction
-from goalscope.envs import completion_phrase
-from goalscope.envs.registry import BUILT_IN, SHOP, domain_named, open_environment, profile_named
+from goalscope.envs.registry import (
+    BUILT_IN,
+    View,
+    domain_named,
+    open_environment,
+    profile_named,
+    task_of,
+)
 from goalscope.models import Model, model_name
 from goalscope.storage.store import EpisodeInfo, Store
 from goalscope.storage.tracking import Trackers
@@ -51,9 +57,9 @@ METHODS: dict[Method, str] = {
 
 
 class NewEpisode(RequestBody):
-    """The episode to start."""
+    """The episode to start, by default in the first domain."""
 
-    domain: str = SHOP
+    domain: str | None = None
     method: Method = "good"
     scene: str | None = None
 
@@ -81,12 +87,12 @@ class EpisodeId(BaseModel):
 
 
 class DomainView(BaseModel):
-    """A domain that the agent can act in."""
+    """A domain that the agent can act in; `view` is how its states are shown."""
 
     name: str
     title: str
-    task: str
-    completion_phrase: str
+    about: str
+    view: View
     scenes: list[str]
 
 
@@ -126,19 +132,25 @@ class WordEvidence(BaseModel):
     words: list[tuple[str, float]]
 
 
-def create_app(store: Store, model: Model, defaults: Settings | None = None) -> FastAPI:
+def create_app(
+    store: Store,
+    model: Model,
+    defaults: Settings | None = None,
+    domains: Sequence[str] = BUILT_IN,
+) -> FastAPI:
     """The application, without access control: wrap it in a `Guard`.
 
     Args:
         store: Store of the episodes.
         model: Shared by all conversations.
         defaults: Settings of new episodes, besides domain, method and scene.
+        domains: Names of the domains to act in; see `load_domain`. No others are opened, and no
+            files are run, whatever a request names.
     """
     settings = defaults or Settings()
     conversations = Conversations(store, model)
-    names = (*BUILT_IN, *({settings.domain} - {*BUILT_IN}))
-    domains = [_domain(name, settings) for name in names]
-    scenes = {scene for domain in domains for scene in domain.scenes}
+    tasks = {name: task_of(replace(settings, domain=name)) for name in domains}
+    views = {name: _domain(name, task) for name, task in tasks.items()}
 
     @asynccontextmanager
     async def lifespan(app: FastAPI) -> AsyncGenerator[None]:
@@ -169,7 +181,7 @@ def create_app(store: Store, model: Model, defaults: Settings | None = None) -> 
 
     def can_go_on(info: EpisodeInfo) -> bool:
         """Not with a simulated person, files of one's own, or beliefs of another model."""
-        known = info.profile is None and info.domain in names
+        known = info.profile is None and info.domain in views
         return known and not info.ended and info.model == model_name(model)
 
     @app.get("/", include_in_schema=False)
@@ -181,7 +193,7 @@ def create_app(store: Store, model: Model, defaults: Settings | None = None) -> 
         return Options(
             version=version("goalscope"),
             model=model_shown(model_name(model)),
-            domains=domains,
+            domains=list(views.values()),
             methods=[MethodView(name=name, about=about) for name, about in METHODS.items()],
         )
 
@@ -203,9 +215,12 @@ def create_app(store: Store, model: Model, defaults: Settings | None = None) -> 
 
     @app.post("/api/episodes", status_code=201)
     def begin(body: NewEpisode) -> EpisodeId:
-        if body.scene is not None and body.scene not in scenes:
+        name = next(iter(views)) if body.domain is None else body.domain
+        if name not in views:
+            raise InvalidInputError(f"There is no domain {name!r} here, but {', '.join(views)}.")
+        if body.scene is not None and body.scene not in views[name].scenes:
             raise InvalidInputError(f"There is no scene {body.scene!r}.")
-        chosen = replace(settings, domain=body.domain, method=body.method, scene=body.scene)
+        chosen = replace(settings, domain=name, method=body.method, scene=body.scene)
         return EpisodeId(id=conversations.begin(chosen).id)
 
     @app.get("/api/episodes/{id}")
@@ -279,7 +294,8 @@ def create_app(store: Store, model: Model, defaults: Settings | None = None) -> 
         return Response(text, media_type="application/json", headers=headers)
 
     trackers = Trackers(store, lambda: model, settings)
-    for operation in Tracking(trackers).operations:
+    (task,) = tasks.values() if len(tasks) == 1 else ("",)
+    for operation in Tracking(trackers, task=task).operations:
         app.post(f"/api/tracking/{operation.name}", tags=["tracking"])(_endpoint(operation))
     app.include_router(study_router(store))
     app.add_exception_handler(GoalscopeError, error_response)
@@ -315,16 +331,15 @@ def _event(kind: str, data: BaseModel) -> str:
     return f"event: {kind}\ndata: {data.model_dump_json()}\n\n"
 
 
-def _domain(name: str, settings: Settings) -> DomainView:
+def _domain(name: str, task: str) -> DomainView:
     domain = domain_named(name)
-    with open_environment(replace(settings, domain=name)) as env:
-        return DomainView(
-            name=name,
-            title=domain.label,
-            task=env.task,
-            completion_phrase=completion_phrase(env),
-            scenes=list(domain.scenes()),
-        )
+    return DomainView(
+        name=name,
+        title=domain.label,
+        about=domain.about or task,
+        view=domain.view,
+        scenes=list(domain.scenes()),
+    )
 
 
 def room_picture(info: EpisodeInfo, rounds: Sequence[Round], *, width: int | None = None) -> str:

@@ -28,22 +28,23 @@ TOP = 10
 """Goals shown in an answer, which a model reads turn after turn."""
 
 
-def create_server(trackers: Trackers) -> MCPServer[Any]:
-    """The server of these sessions, not yet running."""
-    return _Server(trackers)
+def create_server(trackers: Trackers, *, task: str = "") -> MCPServer[Any]:
+    """The server of these sessions, not yet running; see `Tracking`."""
+    return _Server(trackers, task)
 
 
 class _Server(MCPServer[Any]):
     """A server whose answers are short, and whose errors are sentences to act on."""
 
-    def __init__(self, trackers: Trackers) -> None:
+    def __init__(self, trackers: Trackers, task: str) -> None:
         super().__init__(
             "goalscope",
             version=version("goalscope"),
             instructions=INSTRUCTIONS,
             log_level="WARNING",
         )
-        self._operations = {each.name: each for each in Tracking(trackers, top=TOP).operations}
+        tracking = Tracking(trackers, task=task, top=TOP)
+        self._operations = {each.name: each for each in tracking.operations}
         for each in self._operations.values():
             self.add_tool(each.run)
 

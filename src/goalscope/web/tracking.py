@@ -91,11 +91,12 @@ class Tracking:
 
     Args:
         trackers: The sessions.
+        task: The assistant's task in sessions that do not say it.
         top: Largest number of goals in an answer; None for all.
     """
 
-    def __init__(self, trackers: Trackers, *, top: int | None = None) -> None:
-        self._trackers, self._top = trackers, top
+    def __init__(self, trackers: Trackers, *, task: str = "", top: int | None = None) -> None:
+        self._trackers, self._task, self._top = trackers, task, top
 
     @property
     def operations(self) -> list[Operation]:
@@ -117,14 +118,17 @@ class Tracking:
 
     def open_session(
         self,
-        task: Annotated[str, Field(description="The assistant's task, in a sentence.")],
+        task: Annotated[
+            str,
+            Field(description="The assistant's task, in a sentence; or that of its only domain."),
+        ] = "",
         goals: Goals = [],  # noqa: B006 (a schema shows the default; nobody changes it)
         propose: Annotated[
             bool, Field(description="Whether goalscope's own model proposes goals, too.")
         ] = False,
     ) -> TrackerView:
         """Begin to track what a person wants. The session's id is good for later conversations."""
-        return self._view(self._trackers.open(task, goals, propose=propose))
+        return self._view(self._trackers.open(task or self._task, goals, propose=propose))
 
     def observe(
         self,

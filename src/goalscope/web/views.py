@@ -6,16 +6,24 @@ from collections.abc import Sequence
 from dataclasses import fields
 from typing import Annotated, Any, Literal
 
-from pydantic import AfterValidator, AliasPath, BaseModel, BeforeValidator, Field
+from pydantic import (
+    AfterValidator,
+    AliasPath,
+    BaseModel,
+    BeforeValidator,
+    Field,
+    computed_field,
+)
 
 from goalscope.agent import round as episodes
 from goalscope.agent.agent import NO_GOAL
 from goalscope.agent.people import AGREES, DECLINES
 from goalscope.base.text import model_shown
-from goalscope.base.types import UNSPECIFIED, pluralize
+from goalscope.base.types import TRACKING, UNSPECIFIED, pluralize
 from goalscope.belief import belief as beliefs
 from goalscope.belief.advice import Advice
 from goalscope.belief.explain import Reason, in_words
+from goalscope.envs.registry import BUILT_IN, View, domain_named
 from goalscope.language.orders import order_in_words
 from goalscope.storage.store import EpisodeInfo
 from goalscope.storage.tracking import Tracked
@@ -147,7 +155,11 @@ class RoundView(BaseModel):
 
 
 class EpisodeView(BaseModel, from_attributes=True):
-    """An episode without its rounds; `first_words` is what the person said first, cut short."""
+    """An episode without its rounds.
+
+    `first_words` is what the person said first, cut short. `view` is how its states are shown; it
+    is null if another program acts, and goalscope only tracks the goals.
+    """
 
     id: str
     created: str
@@ -160,6 +172,14 @@ class EpisodeView(BaseModel, from_attributes=True):
     score: float | None
     rounds: int
     first_words: str
+
+    @computed_field
+    @property
+    def view(self) -> View | None:
+        """The view of its domain; a file of one's own need not have been run."""
+        if self.domain == TRACKING:
+            return None
+        return domain_named(self.domain).view if self.domain in BUILT_IN else "text"
 
 
 class StoredEpisode(BaseModel):

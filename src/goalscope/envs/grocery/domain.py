@@ -41,6 +41,7 @@ DOMAIN = Domain(
     open=_open,
     load_profiles=load_profiles,
     possible=NAMES,
+    about="It fills a basket for you, and buys it once you confirm.",
     view="basket",
     settings=frozenset({"catalogue", "columns"}),
     alias="shop",

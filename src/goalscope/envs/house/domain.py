@@ -59,6 +59,7 @@ DOMAIN = Domain(
     open=_open,
     load_profiles=load_profiles,
     possible=NAMES,
+    about="It finds, moves and tidies things in a home that you see from above.",
     view="map",
     settings=frozenset({"scene", "simulator", "unity"}),
     alias="robot",

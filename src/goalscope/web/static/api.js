@@ -7,7 +7,7 @@
  * @typedef {{text: string, ok: boolean, observation: string, irreversible: boolean}} Action
  * @typedef {{id: string, created: string, domain: string, profile: ?string, method: string,
  *   model: string, task: string, ended: ?("terminated"|"truncated"), score: ?number,
- *   rounds: number, first_words: string}} Episode
+ *   rounds: number, first_words: string, view: ?("basket"|"map"|"text")}} Episode
  * @typedef {{number: number, query: string, utterance: string, understood: string[], belief: ?Belief,
  *   belief_note: string, changes: Change[], actions: Action[], replans: number,
  *   status: string, notes: string[], question: string, state: string, terminated: boolean}} Round

@@ -1,14 +1,14 @@
 /** The conversation: what was asked, said and done, round by round. */
 
 import { arrange, h, setText, unseen } from "./dom.js";
-import { isKnown } from "./domains.js";
+import { isDrawn } from "./domains.js";
 import { actionList } from "./outcome.js";
 
 /** A log of exchanges; the open one becomes a round without being rendered again. */
 export class Log {
-  /** @param {string} domain */
-  constructor(domain) {
-    this.named = !isKnown(domain);
+  /** @param {import("./api.js").Episode} episode */
+  constructor(episode) {
+    this.named = !isDrawn(episode);
     this.exchanges = new Map();
     this.list = h("div", {});
     this.after = h("div", { class: "slot" });

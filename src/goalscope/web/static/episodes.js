@@ -10,18 +10,19 @@ const ENDS = { terminated: "done", truncated: "out of rounds" };
 
 /**
  * @param {HTMLElement} main
- * @param {{search: URLSearchParams}} at
+ * @param {{options: object, search: URLSearchParams}} at
  * @param {AbortSignal} signal
  */
-export async function episodes(main, { search }, signal) {
+export async function episodes(main, { options, search }, signal) {
   document.title = "Episodes \u00b7 goalscope";
-  const list = new List(search, signal);
+  const list = new List(options, search, signal);
   main.replaceChildren(list.element);
   await list.load();
 }
 
 class List {
-  constructor(search, signal) {
+  constructor(options, search, signal) {
+    this.options = options;
     this.signal = signal;
     this.text = search.get("text") ?? "";
     this.domain = search.get("domain");
@@ -152,7 +153,7 @@ class List {
         h(
           "div",
           { class: "row-actions" },
-          goesOn(episode) ? h("a", { href: `#/talk/${episode.id}` }, "Continue", unseen(` the one of ${started}`)) : null,
+          goesOn(episode, this.options) ? h("a", { href: `#/talk/${episode.id}` }, "Continue", unseen(` the one of ${started}`)) : null,
           h(
             "label",
             { class: "check" },

@@ -70,15 +70,14 @@ export class Outcome {
     this.sent = new Set();
     this.timer = 0;
     this.ready = false;
-    this.house = episode.domain === "house";
-    this.state = stateOf(episode.domain);
+    this.state = stateOf(episode);
     this.shown = null;
-    this.room = this.house ? new Room(episode.id) : null;
+    this.room = episode.view === "map" ? new Room(episode.id) : null;
     this.body = h("div", {});
     this.total = h("span", { class: "sum" });
     this.element = h(
       "div",
-      { class: "panel", hidden: !acts(episode.domain) },
+      { class: "panel", hidden: !acts(episode) },
       h("h2", {}, this.state.state, this.total),
       this.room?.element,
       this.body,

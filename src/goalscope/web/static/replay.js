@@ -5,7 +5,7 @@ import { Bars, changesOf } from "./belief.js";
 import { Log } from "./chat.js";
 import { coloursOf } from "./colours.js";
 import { count, h, localTime, setText } from "./dom.js";
-import { domainOf, isKnown, nameOfDomain, personOf } from "./domains.js";
+import { domainOf, isDrawn, nameOfDomain, personOf } from "./domains.js";
 import { Outcome } from "./outcome.js";
 import { Ribbons } from "./ribbons.js";
 import { itemsOf } from "./status.js";
@@ -167,7 +167,7 @@ class View {
     this.bars = new Bars((text) => this.#details(text));
     this.ribbons = new Ribbons((place) => go(place + 1));
     this.outcome = new Outcome(episode);
-    this.log = new Log(episode.domain);
+    this.log = new Log(episode);
     this.changes = h("div", { class: "changes-slot" });
     this.element = h("div", { class: "view" }, ...about(episode), ...this.#panels());
   }
@@ -229,7 +229,7 @@ function about(episode) {
     episode.score === null ? "" : `score ${episode.score.toFixed(2)}`,
   ];
   return [
-    ...(isKnown(episode.domain) ? [] : [h("p", { class: "text" }, episode.task)]),
+    ...(isDrawn(episode) ? [] : [h("p", { class: "text" }, episode.task)]),
     h("p", { class: "soft small" }, facts.filter(Boolean).join(" \u00b7 ")),
   ];
 }

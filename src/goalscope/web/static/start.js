@@ -2,7 +2,7 @@
 
 import { api } from "./api.js";
 import { count, h, localTime } from "./dom.js";
-import { aboutDomain, domainOf, goesOn } from "./domains.js";
+import { domainOf, goesOn } from "./domains.js";
 import { example } from "./example.js";
 
 const RECENT = 20;
@@ -36,7 +36,7 @@ export async function start(main, { options }, signal) {
     ),
   );
   const { episodes } = await api.episodes({ limit: RECENT });
-  const open = episodes.filter(goesOn).slice(0, SHOWN);
+  const open = episodes.filter((one) => goesOn(one, options)).slice(0, SHOWN);
   if (open.length && !signal.aborted) goOn.replaceChildren(...goingOn(open, options));
 }
 
@@ -117,6 +117,6 @@ function domainCard(domain, checked, choose) {
     "label",
     { class: "domain" },
     h("input", { type: "radio", name: "domain", value: domain.name, checked, onchange: choose }),
-    h("span", { class: "domain-text" }, h("strong", {}, domain.title), h("span", { class: "soft" }, aboutDomain(domain))),
+    h("span", { class: "domain-text" }, h("strong", {}, domain.title), h("span", { class: "soft" }, domain.about)),
   );
 }

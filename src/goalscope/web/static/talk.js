@@ -4,7 +4,7 @@ import { api, listen } from "./api.js";
 import { Composer, Log } from "./chat.js";
 import { count, h, setText } from "./dom.js";
 import { drafts } from "./drafts.js";
-import { aboutDomain, domainOf } from "./domains.js";
+import { domainOf } from "./domains.js";
 import { countGuesses, itemsOf, statusSummary, statusView } from "./status.js";
 import { Side, Strip } from "./side.js";
 
@@ -32,7 +32,7 @@ class Talk {
     this.problem = "";
     this.domain = domainOf(state.episode, options);
     this.signal = signal;
-    this.log = new Log(state.episode.domain);
+    this.log = new Log(state.episode);
     this.composer = new Composer((text) => this.say(text), drafts(`words of ${id}`));
     this.side = new Side(state.episode, {
       correct: (kind, goal, text) => this.correct(kind, goal, text),
@@ -58,11 +58,11 @@ class Talk {
     const chat = h(
       "section",
       { class: "chat", "aria-label": title },
-      h("header", { class: "chat-head" }, h("h1", {}, title), h("p", { class: "soft" }, aboutDomain(this.domain))),
+      h("header", { class: "chat-head" }, h("h1", {}, title), h("p", { class: "soft" }, this.domain.about)),
       this.log.element,
       h("div", { class: "foot" }, this.status, this.error, this.end, this.composer.element, this.hint),
     );
-    return h("div", { class: `talk ${this.domain.name}` }, chat, this.strip.element, this.side.element);
+    return h("div", { class: "talk", "data-view": this.state.episode.view }, chat, this.strip.element, this.side.element);
   }
 
   #listen() {
@@ -207,7 +207,7 @@ class Talk {
    * @param {string} query
    */
   #confirmCard({ state, status, question, yes, no }, query) {
-    const buys = this.state.episode.domain === "grocery";
+    const buys = this.state.episode.view === "basket";
     const about = buys ? "Your basket" : "This cannot be undone.";
     const items = itemsOf(this.state.rounds);
     const guesses = countGuesses(status, items);
