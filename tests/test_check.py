@@ -28,11 +28,6 @@ def planted(tmp_path: Path, right: str, wrong: str) -> Settings:
     return Settings(domain=load_domain(str(file)))
 
 
-def test_the_garden_scores_nobody_who_does_nothing(tmp_path: Path) -> None:
-    settings = planted(tmp_path, "LIFE = (", "LIFE = (")
-    check_env(open_environment(settings), profiles_of(settings))
-
-
 RESULT = "return StepResult(action, True, self.state().text, terminated=ends, irreversible=lasts)"
 MET = "return Checks(tuple(self.things != (TREE,) and bool(each) for each in met))"
 
@@ -44,6 +39,8 @@ MET = "return Checks(tuple(self.things != (TREE,) and bool(each) for each in met
          "`reset` must lead back.* .first 'In the garden: walnut tree.', then 'In the garden: "),
         ('f"In the garden: {\', \'.join(self.things) or \'nothing\'}."', '"A garden."',
          r"`state\(\)` must show what an action changes"),
+        ("or 'nothing'}.\")", "or 'nothing'}.\", 'x')",
+         r"text of `state\(\)` must change its fingerprint: a"),
         ("            return StepResult(action, False,",
          "            self.things = ()\n            return StepResult(action, False,",
          "a failure must change nothing"),
@@ -107,17 +104,17 @@ def test_a_wrong_declaration_is_one_line_before_the_first_round(
 
 
 @pytest.mark.parametrize(
-    ("member", "given", "told"),
+    ("given", "told"),
     [
-        ("resolve", Action("add", "pond"), r"`resolve` of Wrong must return a Resolution\("),
-        ("resolve", Resolution((), None), "a tuple of actions and a text"),  # pyright: ignore[reportArgumentType]
+        (Action("add", "pond"), r"`resolve` of Wrong must return a Resolution\("),
+        (Resolution((), None), "a tuple of actions and a text"),  # pyright: ignore[reportArgumentType]
     ],
 )
 def test_an_agent_names_the_member_that_gives_something_else(
-    tmp_path: Path, member: str, given: object, told: str
+    tmp_path: Path, given: object, told: str
 ) -> None:
     garden = open_environment(planted(tmp_path, "LIFE = (", "LIFE = ("))
-    env = type("Wrong", (type(garden),), {member: lambda *_: given})()
+    env = type("Wrong", (type(garden),), {"resolve": lambda *_: given})()
     with pytest.raises(GoalscopeError, match=told):
         Agent(env, NamedModel(), method="no-goals").step("What else?", "add pond")
 

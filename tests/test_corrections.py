@@ -11,13 +11,11 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from fakes import GOALS, LampRoom, WordModel
+from fakes import LampRoom, WordModel
 from goalscope.agent.agent import Agent
-from goalscope.agent.writer import Writer
 from goalscope.base.types import UNSPECIFIED, Goal, GoalChange, InvalidInputError
 from goalscope.belief.belief import PINNED, Belief
 from goalscope.belief.calibration import DEFAULT, PAPER
-from goalscope.belief.goal_manager import propose
 from goalscope.belief.likelihood import RolePlay
 from goalscope.belief.tracker import GoalTracker
 from goalscope.storage.store import round_from_json, round_to_json
@@ -51,6 +49,20 @@ def test_a_confirmed_goal_is_all_but_sure_and_the_others_share_the_rest(table, w
     if p(after, goal) < 1 - 1e-9:
         assert np.diff(other) == pytest.approx(np.diff(one), abs=1e-6)
     assert before.pinned == ()
+
+
+def test_what_was_ruled_out_comes_back_only_by_name() -> None:
+    tracker = GoalTracker(WordModel(), goals=["bake a cake", "grow roses"])
+    assert tracker.correct("veto", "grow roses")
+    before = tracker.belief
+    assert tracker.correct("veto", "Grow roses!") == []
+    for goals in (["Grow roses."], [Goal("make tea"), Goal("grow  roses")]):
+        with pytest.raises(InvalidInputError, match="was ruled out"):
+            tracker.add(goals)
+    assert tracker.belief is before
+    tracker.correct("reword", "bake a cake", "Grow roses")
+    assert tracker.belief.top(1)[0][0] == Goal("Grow roses")
+    assert tracker.belief.ruled_out == (Goal("bake a cake"),)
 
 
 @given(tables, nats)
@@ -108,26 +120,6 @@ def test_a_tracker_takes_a_goal_that_is_new_with_all_that_was_said() -> None:
     assert tracker.pin(Goal("bake cake")).goals == belief.goals
     with pytest.raises(InvalidInputError, match="empty"):
         tracker.pin(" ")
-
-
-@pytest.mark.parametrize("kind", ["Veto", "praise"])
-def test_a_correction_of_an_unknown_kind_changes_nothing(kind) -> None:
-    tracker = GoalTracker(WordModel(), goals=["bake cake"])
-    before = tracker.belief
-    with pytest.raises(InvalidInputError, match='"pin", "veto" or "reword"'):
-        tracker.correct(kind, "bake cake")
-    assert tracker.belief is before
-
-
-@pytest.mark.parametrize("goal", [UNSPECIFIED, "Unspecified", " unspecified."])
-@pytest.mark.parametrize("include", [True, False])
-def test_no_stated_goal_is_none_that_could_be_confirmed(goal, include: bool) -> None:
-    tracker = GoalTracker(WordModel(), goals=["bake cake"], include_unspecified=include)
-    before = tracker.belief
-    for take in (tracker.pin, lambda goal: tracker.correct("pin", goal)):
-        with pytest.raises(InvalidInputError, match="nspecified"):
-            take(goal)
-    assert tracker.belief is before
 
 
 def begun(model=None, **options) -> Agent:
@@ -208,6 +200,8 @@ def test_a_goal_in_the_words_of_another_or_its_own_is_that_one() -> None:
         ("reword", SLEEP, "\ud83c", "surrogate"),
         ("reword", SLEEP, "word " * 300, "fewer words"),
         ("pin", "", "", "empty"),
+        ("pin", " unspecified.", "", "nspecified"),
+        ("praise", SLEEP, "", '"pin", "veto" or "reword"'),
     ],
 )
 def test_what_cannot_be_done_changes_nothing(correction, goal, text, cause) -> None:
@@ -266,34 +260,6 @@ def test_a_confirmed_goal_may_seem_irrelevant_but_not_be_unsafe() -> None:
     assert "unsafe" in removed.reason
 
 
-def test_what_was_ruled_out_is_not_proposed_and_comes_back_only_by_name() -> None:
-    model = WordModel({GOALS: "grow roses\nfeed the birds"})
-    tracker = GoalTracker(model, goals=["bake a cake", "grow roses"])
-    tracker.observe("", "I grow roses, roses, and feed birds.")
-    tracker.correct("veto", "grow roses")
-
-    def proposed() -> list[str]:
-        belief = tracker.belief
-        found = propose(
-            Writer(model),
-            tracker.likelihood,
-            tracker.task,
-            tracker.turns,
-            [*belief.goals, *belief.ruled_out],
-        )
-        return [change.goal.text for change in found]
-
-    assert proposed() == ["feed the birds"]
-    before = tracker.belief
-    for goals in (["Grow roses."], [Goal("make tea"), Goal("grow  roses")]):
-        with pytest.raises(InvalidInputError, match="was ruled out"):
-            tracker.add(goals)
-    assert tracker.belief is before
-    tracker.correct("reword", "bake a cake", "Grow roses")
-    assert tracker.belief.top(1)[0][0] == Goal("Grow roses")
-    assert tracker.belief.ruled_out == (Goal("bake a cake"),)
-
-
 def test_a_tracker_that_was_saved_is_the_same_again() -> None:
     tracker = GoalTracker(
         WordModel(), task="Help.", goals=["bake a cake", "eat"], calibration=DEFAULT
@@ -323,28 +289,20 @@ class OneModel:
         return WordModel().token_logprobs(contexts, continuations, end_of_turn=end_of_turn)
 
 
-class OtherModel(OneModel):
-    """Another one."""
-
-
-@pytest.mark.parametrize("make", [WordModel, OneModel, OtherModel])
-def test_a_saved_tracker_belongs_to_its_model(make) -> None:
-    tracker = GoalTracker(make(), task="Help.", goals=["eat"])
+@pytest.mark.parametrize(("own", "other"), [(WordModel, OneModel), (OneModel, WordModel)])
+def test_a_saved_tracker_belongs_to_its_model(own, other) -> None:
+    tracker = GoalTracker(own(), task="Help.", goals=["eat"])
     tracker.observe("", "cake")
-    for model in (WordModel(), OneModel(), OtherModel()):
-        for how in ({"model": model}, {"likelihood": RolePlay(model)}):
-            if type(model) is make:
-                assert GoalTracker.from_json(tracker.to_json(), **how).turns == tracker.turns
-                continue
-            with pytest.raises(InvalidInputError, match=r"saved with the model .* Give the one"):
-                GoalTracker.from_json(tracker.to_json(), **how)
+    for how in ({"model": own()}, {"likelihood": RolePlay(own())}):
+        assert GoalTracker.from_json(tracker.to_json(), **how).turns == tracker.turns
+    for how in ({"model": other()}, {"likelihood": RolePlay(other())}):
+        with pytest.raises(InvalidInputError, match=r"saved with the model .* Give the one"):
+            GoalTracker.from_json(tracker.to_json(), **how)
 
 
 SAVED = {
     "cut": lambda text: text[:-1],
-    "deep": lambda text: "[" * 100_000,
     "a task that is no text": lambda text: text.replace('"task": "Help."', '"task": 5'),
-    "no turns": lambda text: text.replace('"turns"', '"other"'),
     "another turn": lambda text: text.replace('"turns": [', '"turns": [["And?", "more"], '),
     "a turn without words": lambda text: text.replace('["Yes?", "cake"]', '["Yes?", ""]'),
     "a prior of text": lambda text: text.replace('"log_prior": [0.0, ', '"log_prior": ["NaN", '),
@@ -360,19 +318,6 @@ def test_what_is_no_saved_tracker_is_refused(kind: str) -> None:
     assert broken != text
     with pytest.raises(InvalidInputError):
         GoalTracker.from_json(broken, WordModel())
-
-
-def test_what_was_ruled_out_already_may_be_ruled_out_again() -> None:
-    tracker = GoalTracker(WordModel(), goals=["bake cake", "cook soup", "make tea"])
-    assert tracker.correct("veto", "bake cake")
-    assert tracker.correct("reword", "cook soup", "boil soup")
-    before = tracker.belief
-    assert tracker.correct("veto", "Bake cake!") == []
-    assert tracker.correct("reword", "cook soup", "boil soup") == []
-    assert tracker.belief is before
-    for correction in ("veto", "reword"):
-        with pytest.raises(InvalidInputError, match="no goal 'fly a kite' to correct"):
-            tracker.correct(correction, "fly a kite", "boil soup")
 
 
 def test_threads_that_share_a_tracker_lose_no_turn() -> None:

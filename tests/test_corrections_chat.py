@@ -141,8 +141,6 @@ def test_what_is_corrected_before_a_chat_is_left_is_there_when_it_goes_on(
     assert last.belief.pinned == ((1, Goal("bake a cake")),)
     for command in ("replay", "why"):
         assert "Corrected since" not in run(command, info.id).output
-    third = run("chat", "--resume", info.id, input="quit\n")
-    assert third.stdout.count("Belief") == 2  # of two rounds, and nothing besides
 
 
 def test_a_number_names_the_goal_that_has_it_in_the_list(tmp_path) -> None:
@@ -162,14 +160,10 @@ def test_a_number_names_the_goal_that_has_it_in_the_list(tmp_path) -> None:
     ("line", "said"),
     [
         ("/help", "/reword NUMBER TEXT"),
-        ("/help", "quit  "),
         ("/pinn 1", "Unknown command /pinn. /help lists"),
-        ("/drop 1", "Unknown command /drop."),
-        ("/ please", "/help"),
         ("/veto 0", "1 to 3"),
         ("/pin 4", "1 to 3"),
         ("/pin", "(1 to 3), or in your own words. /goals"),
-        ("/veto", "(1 to 3). /goals"),
         ("/why lamp", "1 to 3"),
         ("/reword 1", "empty"),
         ("/pin \ud83c", "surrogate"),
@@ -185,21 +179,16 @@ def test_a_line_that_cannot_be_done_is_answered_and_changes_nothing(tmp_path, li
 
 
 def test_a_chat_without_a_belief_says_so(tmp_path) -> None:
-    lines = ["lamp", "/goals", "/help", "/veto 1", "please"]
-    shown, _ = session(tmp_path, lines, method="no-goals")
-    assert len(shown) == 3
-    assert all("keeps no belief" in each for each in shown)
-    assert "quit" in shown[1]
+    shown, _ = session(tmp_path, ["lamp", "/goals", "/help", "please"], method="no-goals")
+    assert ["keeps no belief" in each for each in shown] == [True, True]
 
 
 def test_a_chat_with_an_order_offers_only_what_it_can_do(tmp_path) -> None:
-    lines = ["lamp light please", "/help", "/pin 1", "/why 1", "/goals"]
+    lines = ["lamp light please", "/help", "/pin 1", "/goals"]
     (*refused, goals), (_, second) = session(tmp_path, [*lines, "please"], method="no-inference")
     for shown in refused:
         assert "computes no evidence" in shown
-        assert "/goals" in shown
         assert "/pin NUMBER" not in shown
-        assert "/why NUMBER" not in shown
     assert "The model's order" in goals
     assert not second.belief.pinned
 

@@ -8,17 +8,14 @@ from pathlib import Path
 import pytest
 
 from commands import fails, run
-from fakes import LampRoom
 from goalscope import Agent, GoalscopeError, InvalidInputError
 from goalscope.agent.guards import CONFIRM
 from goalscope.agent.planner import undo
 from goalscope.agent.settings import Settings
 from goalscope.base.types import Action, StepResult
-from goalscope.envs import REQUIRED, Environment, Resolution, State
+from goalscope.envs import REQUIRED, Environment, Resolution
 from goalscope.envs.check import check_env
 from goalscope.envs.registry import load_domain, open_environment, profiles_of
-from goalscope.language.dialogue_state import DialogueState
-from goalscope.language.orders import Order
 from goalscope.storage.store import Store
 from test_run import NamedModel
 
@@ -50,24 +47,9 @@ def test_an_environment_without_what_agents_call_is_refused(garden: Environment,
         check_env(type("Lacking", (Environment,), own)())
 
 
-def test_a_step_that_an_environment_has_as_an_attribute_is_its_own() -> None:
-    room = LampRoom()
-    room.step = lambda action: StepResult(action, False, "It is stuck.")
-    check_env(room)
-
-
 def test_what_inherits_nothing_is_no_environment() -> None:
     with pytest.raises(GoalscopeError, match="must inherit from `Environment`"):
         check_env(object())  # pyright: ignore[reportArgumentType]
-
-
-def test_a_fingerprint_tells_states_apart(garden: Environment) -> None:
-    def state(self) -> State:
-        return State(str(self.things), "x")
-
-    blind = type("Blind", (type(garden),), {"state": state})
-    with pytest.raises(GoalscopeError, match=r"text of `state\(\)` must change its fingerprint: a"):
-        check_env(blind())
 
 
 @pytest.mark.parametrize(
@@ -75,7 +57,6 @@ def test_a_fingerprint_tells_states_apart(garden: Environment) -> None:
     [
         ("verbs", (), "declares no verbs"),
         ("resolve", lambda *_: 1 / 0, r"`resolve` fails \(.*ZeroDivisionError"),
-        ("resolve", lambda *_: [], r"`resolve` of Wrong must return a Resolution\(.*, not \[\]"),
         ("resolve", lambda *_: Resolution(), "`resolve` must give actions, or say why not, for "),
         ("offers", lambda self, text, limit: 1 / 0, r"`offers` fails \(.*ZeroDivisionError"),
         ("state", lambda self: "In the garden.", r"`state\(\)` must be a State"),
@@ -89,12 +70,9 @@ def test_what_fails_or_gives_something_else_is_named(
         check_env(type("Wrong", (type(garden),), {name: given})())
 
 
-@pytest.mark.parametrize("given", [True, None, "done"])
-def test_a_step_without_a_result_is_named_by_all_that_take_it(
-    garden: Environment, given: object
-) -> None:
-    told = rf"`step` of Wrong must return a StepResult\(.*, not {given!r}, for "
-    env = type("Wrong", (type(garden),), {"step": lambda self, action: given})()
+def test_a_step_without_a_result_is_named_by_all_that_take_it(garden: Environment) -> None:
+    told = r"`step` of Wrong must return a StepResult\(.*, not True, for "
+    env = type("Wrong", (type(garden),), {"step": lambda self, action: True})()
     with pytest.raises(GoalscopeError, match=told):
         check_env(env)
     with pytest.raises(GoalscopeError, match=told):
@@ -118,7 +96,6 @@ def test_a_file_whose_environment_lacks_something_is_refused_before_it_runs(tmp_
     ("check", "told"),
     [
         ('{ lacks = "pond" }', "check 1: 'lacks' must be a list, not 'pond'"),
-        ("{ has = [5] }", "check 1, has 1: 5 is unknown; known are lavender"),
         ('{ has = ["pnd"] }', "check 1, has 1: 'pnd' is unknown; did you mean 'pond'"),
         ('{ lack = ["pond"] }', "the key 'lack' is unknown; did you mean 'lacks'"),
     ],
@@ -133,7 +110,7 @@ def test_a_check_is_a_list_of_things_that_there_are(
         profiles_of(replace(settings, profiles=str(people)))
 
 
-@pytest.mark.parametrize("made", ["None", "5", "profile", "object()"])
+@pytest.mark.parametrize("made", ["None", "object()"])
 def test_a_domain_that_opens_no_environment_says_so(tmp_path: Path, made: str) -> None:
     file = tmp_path / "mine.py"
     opening = f"def open_environment(profile):\n    return {made}\n\n"
@@ -160,12 +137,9 @@ def said(garden: Environment, *utterances: str) -> Agent:
     [
         (["add pond; add roses"], "pond, roses, walnut tree"),
         (["add ponds"], "pond, walnut tree"),
-        (["add pond", "remove pond"], "walnut tree"),
         (["add pond; add roses", "avoid pond | why taste"], "roses, walnut tree"),
         (["add pond", "swap pond | for bird bath"], "bird bath, walnut tree"),
         (["add pond", "swap pond | for volcano"], "pond, walnut tree"),
-        (["add pond", "add roses", "undo | 2"], "walnut tree"),
-        (["add pond", "remove pond", "undo"], "pond, walnut tree"),
         (["add pond", "swap pond | for roses", "undo"], "pond, walnut tree"),
         (["add pond", "avoid pond | why allergy", "undo"], "walnut tree"),
         (["add pond", "add pond", "avoid nonsense", "leave pond"], "pond, walnut tree"),
@@ -176,25 +150,10 @@ def test_orders_lay_out_the_garden(garden: Environment, orders: list[str], there
     assert garden.state().text == f"In the garden: {there}."
 
 
-@pytest.mark.parametrize(
-    ("order", "told"),
-    [
-        ("remove pond", "There is no pond here."),
-        ("add volcano", "There is no volcano here."),
-        ("swap walnut tree | for volcano", "There is no volcano here."),
-    ],
-)
-def test_an_order_that_cannot_be_followed_changes_nothing_and_says_why(
-    garden: Environment, order: str, told: str
-) -> None:
-    (round,) = said(garden, order).rounds
-    assert (round.results, round.question, round.notes) == ((), "", (told,))
-
-
-def test_nothing_that_was_ruled_out_is_offered(garden: Environment) -> None:
-    dialogue = DialogueState(limits=(Order("avoid", "ponds"),))
-    assert garden.actions("pond", dialogue) == []
-    assert garden.actions("herbs", dialogue) == [Action("add", "herbs")]
+def test_an_order_that_cannot_be_followed_changes_nothing_and_says_why(garden: Environment) -> None:
+    (round,) = said(garden, "swap walnut tree | for volcano").rounds
+    told = ("There is no volcano here.",)
+    assert (round.results, round.question, round.notes) == ((), "", told)
 
 
 @pytest.mark.parametrize("order", ["remove walnut tree", "swap walnut tree | for pond"])
@@ -214,21 +173,7 @@ def test_the_tree_is_not_felled_at_a_dislike(garden: Environment) -> None:
     assert said(garden, "avoid walnut tree").rounds[-1].question.endswith(CONFIRM)
 
 
-def test_a_question_is_answered_by_what_stands_there(garden: Environment) -> None:
-    assert said(garden, "add pond", "ask pond").ask().startswith("Here: pond.")
-    assert said(garden, "ask herbs").ask().startswith("Not here: herbs.")
-    assert said(garden, "ask").ask().startswith("In the garden: ")
-
-
-def test_the_garden_is_done_when_the_person_says_so(garden: Environment) -> None:
-    assert said(garden, "add pond", "finish").rounds[-1].terminated
-
-
 COUNTER = Settings(domain=load_domain(str(EXAMPLES / "coffee.py")))
-
-
-def test_the_counter_keeps_the_laws_of_an_environment() -> None:
-    check_env(open_environment(COUNTER))
 
 
 @pytest.mark.parametrize(
@@ -279,17 +224,13 @@ def test_they_get_the_garden_that_they_want(tmp_path: Path, name: str) -> None:
     assert "walnut tree" in run("replay", outcome["episode"], "--store", store).stdout
 
 
-class Closing(NamedModel):
-    def close(self) -> None: ...
-
-
 def test_a_file_that_a_stored_episode_names_is_run_only_if_the_user_names_it(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr("goalscope.envs.registry.OWN.modules", {})
     monkeypatch.setattr(
         "goalscope.models.opening.open_model",
-        lambda *_, **__: Closing(),
+        lambda *_, **__: NamedModel(),
     )
     monkeypatch.setenv("GOALSCOPE_STORE", str(tmp_path / "episodes.db"))
     mine = tmp_path / "mine.py"
@@ -317,13 +258,11 @@ def test_a_file_that_a_stored_episode_names_is_run_only_if_the_user_names_it(
     ("text", "cause"),
     [
         (None, "an existing Python file"),
-        ("def open_environment(profile): ...", "the function load_profiles is missing"),
         ("open_environment = load_profiles = 1", "the function open_environment is missing"),
         ("x = 1\ndef f(:", r"own.py, line 2: .*syntax.*\. Fix the file"),
         ("x = 1\nimport no_such_thing", r"line 2: ModuleNotFoundError: No module named 'no_such"),
         ("def f():\n    return nothing\nf()", "line 2: NameError: name 'nothing' is not defined"),
         ("import json\n\njson.loads('')", "line 3: JSONDecodeError: Expecting value"),
-        ("compile('(', 'other', 'exec')", "line 1: SyntaxError: "),
         ("\x00", "own.py: "),
         ("raise SystemExit(3)", "line 1: SystemExit: 3"),
     ],
@@ -336,25 +275,6 @@ def test_what_is_no_domain_is_refused(tmp_path: Path, text: str | None, cause: s
         load_domain(str(file))
     with pytest.raises(InvalidInputError, match="an existing Python file"):
         load_domain(str(tmp_path))
-
-
-def test_a_domain_without_people_says_so(tmp_path: Path) -> None:
-    file = tmp_path / "empty.py"
-    file.write_text("def open_environment(profile): ...\ndef load_profiles(path): return []\n")
-    assert "empty.py has nobody to simulate" in fails(2, "run", str(file), "--profile", "all")
-
-
-def test_what_belongs_to_another_domain_is_refused_for_a_file() -> None:
-    for option in ("--catalogue", "--scene"):
-        assert option in fails(2, "run", GARDEN, "--profile", "bees", option, "x")
-
-
-def test_profiles_of_ones_own_are_read_for_a_file(settings: Settings, tmp_path: Path) -> None:
-    people = tmp_path / "people.toml"
-    people.write_text((EXAMPLES / "garden.toml").read_text().replace("lacks", "lack"))
-    with pytest.raises(GoalscopeError, match="did you mean 'lacks'"):
-        profiles_of(replace(settings, profiles=str(people)))
-    assert len(profiles_of(settings)) == 2
 
 
 def test_a_module_is_not_taken_for_another_of_its_name(tmp_path: Path) -> None:

@@ -10,7 +10,7 @@ import pytest
 
 from goalscope.envs.house.simulator.state import box_of
 from goalscope.envs.house.simulator.world import ACTIONS
-from houses import act, changes, do, facts, house, named, run, thing
+from houses import changes, do, facts, house, named, run, thing
 
 PLACES = ("position", "rotation", "axisAlignedBoundingBox")
 
@@ -200,17 +200,15 @@ def test_every_action_has_its_effect_in_these_tests() -> None:
 
 BAD_ARGUMENTS = [
     ("Dance", {}, "InvalidAction", "Dance is not an action."),
-    (None, {}, "InvalidAction", "None is not an action."),
     (["Pass"], {}, "InvalidAction", "['Pass'] is not an action."),
     ("OpenObject", {}, "MissingArguments", "OpenObject needs the argument 'objectId'."),
     ("FillObjectWithLiquid", {"objectId": "Cup"}, "MissingArguments", "'fillLiquid'"),
     ("OpenObject", {"objectId": "Cup", "opennes": 1}, "InvalidArgument", "no argument 'opennes'"),
     ("OpenObject", {"objectId": None}, "InvalidArgument", "Object ID appears to be invalid."),
-    ("OpenObject", {"objectId": ["Cup"]}, "InvalidArgument", "Object ID appears to be invalid."),
     ("OpenObject", {"objectId": "Cup"}, None, "Object ID appears to be invalid."),
-    ("PickupObject", {"objectId": "Cup"}, None, "Object ID appears to be invalid."),
     ("GetInteractablePoses", {"objectId": "Cup"}, None, "Object ID appears to be invalid."),
     ("Teleport", {"standing": 1}, "InvalidArgument", "standing must be true or false, not 1"),
+    ("Teleport", {"x": math.nan}, "InvalidArgument", "x must be a number"),
 ]
 
 
@@ -224,34 +222,6 @@ def test_bad_arguments_have_an_error_code(
     assert metadata["errorCode"] == code
     assert message in metadata["errorMessage"]
     assert facts(home) == start
-
-
-ODD = [math.nan, math.inf, 10**400, 1e9, True, "1", [], [None], {}, object()]
-
-
-@pytest.mark.parametrize("odd", ODD, ids=lambda odd: type(odd).__name__ + repr(odd)[:8])
-@pytest.mark.parametrize(
-    ("name", "argument"),
-    [
-        ("OpenObject Fridge", "openness"),
-        ("MoveAhead", "moveMagnitude"),
-        ("RotateLeft", "degrees"),
-        ("Teleport", "position"),
-        ("Teleport", "x"),
-        ("Teleport", "horizon"),
-        ("PushObject Chair", "moveMagnitude"),
-        ("FillObjectWithLiquid Cup", "fillLiquid"),
-    ],
-)
-def test_an_odd_argument_is_refused_or_means_nothing(name: str, argument: str, odd: Any) -> None:
-    home = house()
-    start = facts(home)
-    metadata = act(home, *name.split(), **{argument: odd})
-    numbers = isinstance(odd, str | bool) and name.startswith("Push")
-    nothing = odd == {} and argument == "position"
-    if not numbers and not nothing:
-        assert metadata["errorMessage"]
-        assert facts(home) == start
 
 
 @pytest.mark.parametrize(

@@ -8,10 +8,10 @@ from typing import Any
 
 import pytest
 
-from goalscope.base.types import InvalidInputError, Profile
+from goalscope.base.types import Action, InvalidInputError, Profile
+from goalscope.envs.house import HomeRobot, HouseController
 from goalscope.envs.house.profiles import checks_met, load_profiles
 from goalscope.envs.house.simulator.scenes import load_scene
-from goalscope.envs.house.simulator.world import House
 
 GOOD = """[[profile]]
 name = "a"
@@ -157,31 +157,23 @@ DONE: Mapping[str, list[tuple[str, str]]] = {
 
 
 @pytest.mark.parametrize("profile", PROFILES, ids=lambda profile: profile.name)
-def test_the_robot_of_the_house_can_reach_the_goal_without_force(profile: Profile) -> None:
-    house = House(load_scene(profile.scene))
-    objects = house.metadata()["objects"]
-    closed = [o for o in objects if o["openable"] and not o["isOpen"] and o["receptacle"]]
-
-    def take(action: str, own: str, **more: Any) -> None:
-        poses = house.step({"action": "GetInteractablePoses", "objectId": own})["actionReturn"]
-        if poses and not more.get("forceAction"):
-            house.step({"action": "Teleport", **poses[0]})
-        after = house.step({"action": action, "objectId": own, **more})
-        assert after["lastActionSuccess"], (action, own, after["errorMessage"])
-
-    for each in objects:
-        if each["objectType"] == "Laptop" and each["isToggled"]:
-            take("ToggleObjectOff", each["objectId"])
-            take("CloseObject", each["objectId"])
-    for each in closed:
-        take("OpenObject", each["objectId"], forceAction=True)
+def test_the_robot_can_reach_each_goal(profile: Profile) -> None:
+    robot = HomeRobot(HouseController(profile.scene))
+    objects = robot.metadata["objects"]
+    acts = [
+        Action(name, robot.names[each["objectId"]])
+        for each in objects
+        if each["objectType"] == "Laptop"
+        for name in ("turn off", "close")
+    ]
     for kind, place in DONE[profile.name]:
-        target = next(each for each in objects if each["objectType"] == place)
-        for each in objects:
-            if each["objectType"] == kind and not each["isDirty"]:
-                take("PickupObject", each["objectId"])
-                take("PutObject", target["objectId"])
-    for each in closed:
-        take("CloseObject", each["objectId"], forceAction=True)
-    met = checks_met(profile.checks, house.metadata()["objects"])
+        target = next(each["objectId"] for each in objects if each["objectType"] == place)
+        acts += [
+            Action("put", robot.names[each["objectId"]], destination=robot.names[target])
+            for each in objects
+            if each["objectType"] == kind and not each["isDirty"]
+        ]
+    for act in acts:
+        robot.step(act)
+    met = robot.checks_met(profile).met
     assert all(met), profile.checks[met.index(False)]

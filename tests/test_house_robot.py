@@ -81,7 +81,6 @@ DONE = [
     ("put apple | where fridge", "apple", "temperature", "Cold"),
     ("put apple", "apple", "isPickedUp", True),
     ("put apple | where me", "apple", "isPickedUp", True),
-    ("pick up apple", "apple", "isPickedUp", True),
     ("open refrigerator", "fridge", "isOpen", True),
     ("turn on tap", "faucet", "isToggled", True),
     ("turn off light", "light switch", "isToggled", False),
@@ -252,9 +251,6 @@ def test_nothing_ordered_or_ruled_out_is_done_unasked(
 
 LASTING = [
     ([], Action("slice", "bread")),
-    ([], Action("break", "bowl")),
-    ([], Action("cook", "potato 1")),
-    ([], Action("use up", "paper towel roll")),
     (["put potato | where microwave"], Action("turn on", "microwave")),
     (["put potato | where pan"], Action("turn on", "stove burner 1")),
     (["turn on stove burner 1"], Action("put", "potato 1", destination="pan")),
@@ -267,24 +263,13 @@ def test_what_nobody_can_undo_is_known_before(
 ) -> None:
     follow(robot, *before)
     assert robot.lasting(action)
-    if action.name != "use up":
-        assert robot.step(action).irreversible
-
-
-def test_what_can_be_undone_is_not_lasting(robot: HomeRobot) -> None:
-    for kind in robot.offers("", 99):
-        action = next(iter(robot.actions(kind, FREE)), Action("open", kind))
-        if not robot.lasting(action):
-            assert not robot.step(action).irreversible
-            robot.reset()
+    assert robot.step(action).irreversible
 
 
 @pytest.mark.parametrize(
     "texts",
     [
-        ["turn off light", "open drawers"],
-        ["fill cup", "turn on tap"],
-        ["pick up apple"],
+        ["fill cup", "turn on tap", "pick up apple"],
         ["open fridge", "close fridge", "open fridge"],
         ["put fork | where table", "put fork | where counter", "put fork | where table"],
         ["make coffee | where table"],
@@ -301,14 +286,6 @@ def test_undo_restores_what_was_newest_first(robot: HomeRobot, texts: list[str])
         assert found.why == ""
         assert all(robot.step(action).ok for action in found.actions)
         assert robot.state().text == before
-
-
-def test_undo_of_switches_restores_the_fingerprint(robot: HomeRobot) -> None:
-    start = robot.state().fingerprint
-    results = follow(robot, "open fridge", "turn off light", "fill cup", "empty wine")
-    for action in undone(robot, results).actions:
-        assert robot.step(action).ok
-    assert robot.state().fingerprint == start
 
 
 def test_undo_says_what_it_cannot_and_leaves_what_is_ruled_out(robot: HomeRobot) -> None:
@@ -339,13 +316,6 @@ def test_answers_state_facts(robot: HomeRobot, said: str, told: str) -> None:
 
 def test_an_answer_tells_of_six_things_at_most(robot: HomeRobot) -> None:
     assert robot.answer(order("ask food"), FREE, pick, "").count(" is ") == 6
-
-
-def test_finish_terminates_and_changes_nothing(robot: HomeRobot) -> None:
-    before = robot.state().fingerprint
-    (result,) = follow(robot, "finish")
-    assert result.terminated
-    assert robot.state().fingerprint == before
 
 
 def test_offers_are_nearest_first(robot: HomeRobot) -> None:

@@ -86,25 +86,6 @@ def test_knob_stands_for_its_burner(robot: HomeRobot) -> None:
     assert sorted(each["objectType"] for each in lit) == ["StoveBurner", "StoveKnob"]
 
 
-@pytest.mark.parametrize(
-    "action",
-    [
-        Action("put", "tomato"),
-        Action("put", "tomato", destination="moon"),
-        Action("open", "tomato", destination="fridge"),
-        Action("pick up", "tomato", 10**9),
-    ],
-    ids=str,
-)
-def test_what_is_no_action_never_reaches_the_house(action: Action) -> None:
-    controller = Counting("Kitchen1")
-    robot = HomeRobot(controller)
-    result = robot.step(action)
-    assert not result.ok
-    assert result.observation
-    assert controller.steps == []
-
-
 def test_failed_action_is_taken_back_whole() -> None:
     controller = Counting("Kitchen1")
     robot = HomeRobot(controller)
@@ -116,25 +97,6 @@ def test_failed_action_is_taken_back_whole() -> None:
     assert result.observation == "the tomato does not go in or on the toaster"
     assert "PickupObject" in [step["action"] for step in controller.steps[steps:]]
     assert robot.state().fingerprint == before
-
-
-class Drifting(HouseController):
-    """A house in which the second start differs from the first."""
-
-    def reset(self) -> Any:
-        event = super().reset()
-        if getattr(self, "started", 0) > 1:
-            apple = next(each for each in self._house.state.objects if "Apple" in each)
-            super().step("PickupObject", objectId=apple, forceAction=True)
-            event = super().step("DropHandObject", forceAction=True)
-        self.started = getattr(self, "started", 0) + 1
-        return event
-
-
-def test_robot_stops_when_the_house_is_not_as_it_was() -> None:
-    robot = HomeRobot(Drifting("Kitchen1"))
-    with pytest.raises(GoalscopeError, match="not as it was"):
-        robot.step(Action("put", "tomato", destination="toaster"))
 
 
 def test_simulator_that_dies_is_told_and_the_rounds_are_kept() -> None:
@@ -193,19 +155,17 @@ def test_what_changed_of_a_type_that_the_profile_names_nowhere_is_unwanted(
         ("put apple | where fridge", ["put: apple -> fridge"]),
         ("open fridge", ["open: fridge"]),
         ("turn on coffee machine", ["turn on: coffee machine"]),
+        ("turn on microwave", []),
         ("put pillow | where bed", []),
         ("put apple", ["pick up: apple"]),
         ("put apple | where moon", []),
-        ("aim", []),
         ("avoid apple", []),
-        ("undo", []),
         ("apple", []),
-        ("", []),
         ("\ud800", []),
         ("put apple | where fridge\nopen microwave", ["put: apple -> fridge", "open: microwave"]),
     ],
 )
-def test_a_need_is_an_order_of_what_is_here(
+def test_a_need_is_an_order_of_what_is_here_that_heats_nothing(
     robot: HomeRobot, need: str, actions: list[str]
 ) -> None:
     assert [str(each) for each in robot.serving(need, FREE)] == actions
