@@ -74,8 +74,7 @@ def fake(monkeypatch):
 
     monkeypatch.setitem(measuring.KINDS, "fake", fake_cell)
     monkeypatch.setattr(measuring, "_fingerprints", {})
-    for module in (measuring,):
-        monkeypatch.setattr(module, "opened", lambda model: NamedModel())
+    monkeypatch.setattr(measuring, "opened", lambda model: NamedModel())
     return state
 
 
@@ -95,7 +94,7 @@ def shop(tmp_path, *people, **settings):
     (tmp_path / "shop.csv").write_text(SHOP)
     (tmp_path / "people.toml").write_text(PEOPLE)
     files = {"people": str(tmp_path / "people.toml"), "catalogue": str(tmp_path / "shop.csv")}
-    part = EpisodesPart("grocery", people, methods=("no-goals",), **files, **settings)
+    part = EpisodesPart("grocery", people, **{"methods": ("no-goals",), **files, **settings})
     return Experiment("x", episodes=(part,))
 
 
@@ -160,21 +159,6 @@ def test_a_person_who_is_edited_is_measured_again_and_nobody_else_is(tmp_path):
         ("silent", False),
         ("shopper", True),
     ]
-
-
-def test_what_was_measured_with_another_model_is_not_mixed(results, fake, monkeypatch):
-    run(fakes(1), results)
-    monkeypatch.setattr(NamedModel, "fingerprint", "words 2")
-    monkeypatch.setattr(measuring, "_fingerprints", {})
-    with pytest.raises(InvalidInputError, match="another model SmolLM2"):
-        run(fakes(2), results)
-    assert len(results.asked_for()) == 1  # the plan that was refused takes the place of none
-    run(fakes(2), results, anyway=True)
-    with pytest.raises(InvalidInputError, match="another model SmolLM2"):
-        run(fakes(2), results)  # to be told once is not to be told for ever
-    one, other = results.cells()
-    assert one.identity["code"] == other.identity["code"]
-    assert one.identity != other.identity
 
 
 def test_a_worker_refuses_a_cell_that_it_would_measure_with_something_else(fake):
@@ -277,15 +261,6 @@ def test_a_worker_loads_a_domain_of_ones_own(fake, tmp_path, monkeypatch):
     assert perform({"spec": spec, "identity": measuring.identity_of({})})["rounds"] == 3
 
 
-def test_an_error_in_a_file_of_ones_own_is_told_with_its_line(fake, results, tmp_path):
-    plan = garden_in(tmp_path)
-    text = GARDEN.read_text().replace("        self.things = (TREE,)\n", "        1 / 0\n", 1)
-    (tmp_path / "garden.py").write_text(text)
-    ((_, error, *_),) = run(specs_of(plan, None), results, plan)[1:]
-    assert "garden.py, line" in error
-    assert "ZeroDivisionError" in error
-
-
 OWN = """
 import numpy as np
 from goalscope.belief.calibration import PAPER
@@ -315,19 +290,10 @@ def test_a_likelihood_of_ones_own_is_the_evidence_of_episodes_and_dialogues(
     row = {"id": "a", "task": "t", "goals": ["tea", "coffee"], "true": "tea"}
     row["turns"] = [{"query": "?", "utterance": "hot"}]
     (tmp_path / "d.jsonl").write_text(json.dumps(row))
-    (tmp_path / "shop.csv").write_text(SHOP)
-    (tmp_path / "people.toml").write_text(PEOPLE)
     own = f"{tmp_path / 'mine.py'}:Mine"
-    files = {"people": str(tmp_path / "people.toml"), "catalogue": str(tmp_path / "shop.csv")}
-    plan = Experiment(
-        "x",
-        dialogues=(DialoguesPart(jsonl=str(tmp_path / "d.jsonl"), outright=False, likelihood=own),),
-        episodes=(
-            EpisodesPart(
-                "grocery", ("shopper",), methods=("good",), likelihood=own, rounds=2, **files
-            ),
-        ),
-    )
+    dialogues = DialoguesPart(jsonl=str(tmp_path / "d.jsonl"), outright=False, likelihood=own)
+    people = shop(tmp_path, "shopper", methods=("good",), likelihood=own, rounds=2)
+    plan = replace(people, dialogues=(dialogues,))
     run(specs_of(plan, None), results, plan)
     dialogue, episode = results.cells()
     assert (dialogue.error, episode.error) == (None, None)
@@ -339,7 +305,7 @@ def test_a_likelihood_of_ones_own_is_the_evidence_of_episodes_and_dialogues(
     for number, each in enumerate(rounds, 1):
         scored = [float(len(g.text) + len(each.turn.utterance)) for g in each.belief.goals]
         assert each.belief.log_likelihood[number - 1].tolist() == scored
-    wrong = replace(plan.dialogues[0], likelihood=f"{tmp_path / 'mine.py'}:Transposed")
+    wrong = replace(dialogues, likelihood=f"{tmp_path / 'mine.py'}:Transposed")
     (spec,) = specs_of(Experiment("x", dialogues=(wrong,)), None)
     with pytest.raises(InvalidInputError, match=r"Transposed.* must return an array of \[1, 3\]"):
         measure(spec)

@@ -32,8 +32,7 @@ def package(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Path]:
     ignored = shutil.ignore_patterns("__pycache__")
     shutil.copytree(Path(goalscope.__file__).parent, copy, ignore=ignored)
     monkeypatch.setattr(goalscope, "__file__", str(copy / "__init__.py"))
-    for module in (measuring,):
-        monkeypatch.setattr(module, "opened", lambda model, *_: NamedModel(REPLIES))
+    monkeypatch.setattr(measuring, "opened", lambda model, *_: NamedModel(REPLIES))
     monkeypatch.setattr("goalscope.models.opening.open_model", lambda *_, **__: NamedModel(REPLIES))
     _forget()
     yield copy
@@ -115,13 +114,15 @@ def test_an_experiment_goes_on_with_what_it_was_begun_with_or_not_at_all(
     assert contents(folder) == before
     assert len(steps(folder, anyway=True)[0]) == 1
     assert contents(folder)[: len(before)] == before
+    with pytest.raises(InvalidInputError, match="use --anyway"):
+        steps(folder)  # to be told once is not to be told for ever
 
 
-@pytest.mark.parametrize("path", ["cli/display.py", "report/figures.py", "study/store.py"])
-def test_code_that_measures_nothing_may_change(tmp_path: Path, package: Path, path: str) -> None:
+def test_code_that_measures_nothing_may_change(tmp_path: Path, package: Path) -> None:
     folder = questions(tmp_path / "run")
     steps(folder)
-    append(path)(package, pytest.MonkeyPatch())
+    for path in ("cli/display.py", "report/figures.py", "study/store.py"):
+        append(path)(package, pytest.MonkeyPatch())
     _forget()
     assert steps(folder)[0] == []
 
@@ -131,7 +132,6 @@ def test_code_that_measures_nothing_may_change(tmp_path: Path, package: Path, pa
     [
         ("tiny.toml", "trials = 1", "trials = 2", {"mcq", "episode"}),
         ("tiny.toml", 'domain = "grocery"', 'domain = "grocery"\nrounds = 3', {"mcq"}),
-        ("people.toml", "You want tea.", "You want milk.", {"mcq"}),
         ("shop.csv", "1.20", "1.30", {"mcq"}),
         ("questions.jsonl", "What is missing?", "What else?", {"episode", "judge"}),
     ],
