@@ -16,7 +16,6 @@ from typer.testing import CliRunner
 from goalscope.base.types import InvalidInputError, Turn, canonical
 from goalscope.cli.data import data
 from goalscope.datasets import DATASETS, READERS, Case, data_folder, load, read_cases, turns_of
-from goalscope.datasets.goal_sets import chance, draw
 from goalscope.datasets.loaders import detokenised
 
 DATA = os.environ.get("GOALSCOPE_DATA")
@@ -181,10 +180,11 @@ def refused(call: Callable[[], object]) -> str:
 
 
 @pytest.mark.parametrize(("name", "goal_set"), EVERY)
-def test_goals_are_distinct_and_as_many_as_asked_for(
+def test_cases_have_distinct_goals_and_depend_on_no_order_and_no_limit(
     name: str, goal_set: str, tmp_path: Path
 ) -> None:
-    packed(tmp_path, name, MAKE[name]())
+    rows = MAKE[name]()
+    packed(tmp_path, name, rows)
     cases = made(tmp_path, name, goal_set)
     assert cases
     for case in cases:
@@ -193,13 +193,6 @@ def test_goals_are_distinct_and_as_many_as_asked_for(
         assert 0 <= case.truth < len(case.goals)
         assert case.turns
     assert len({case.id for case in cases}) == len(cases)
-
-
-@pytest.mark.parametrize(("name", "goal_set"), EVERY)
-def test_a_case_depends_on_no_order_and_no_limit(name: str, goal_set: str, tmp_path: Path) -> None:
-    rows = MAKE[name]()
-    packed(tmp_path, name, rows)
-    cases = made(tmp_path, name, goal_set)
     assert made(tmp_path, name, goal_set, limit=2) == cases[:2]
     if name != "multiwoz":  # its names follow the order
         packed(tmp_path, name, rows[::-1])
@@ -222,13 +215,9 @@ def test_teach_takes_the_commander_and_counts_games_without_one(tmp_path: Path) 
     assert cases[4].turns == (Turn("What now?", "wash pan"),)
     assert true(cases[4]) == "Wash the pan."
     assert left_out("teach", file) == {"the commander says nothing": 1}
-
-
-def test_hard_teach_has_the_same_task_first_and_then_shared_words(tmp_path: Path) -> None:
-    packed(tmp_path, "teach", games())
-    case = made(tmp_path, "teach", "hard", goals=4)[3]
-    assert true(case) == "Wash the book."
-    assert {"Wash the pan.", "Wash the pot.", "Put the book on the shelf."} < set(texts(case))
+    hard = made(tmp_path, "teach", "hard", goals=4)[3]  # the same task first, then shared words
+    assert true(hard) == "Wash the book."
+    assert {"Wash the pan.", "Wash the pot.", "Put the book on the shelf."} < set(texts(hard))
 
 
 def test_multiwoz_is_read_without_markup_and_tokens(tmp_path: Path) -> None:
@@ -324,15 +313,6 @@ def test_orders_with_a_note_have_no_hard_goals(tmp_path: Path) -> None:
     said = " ".join(text for case in cases for text in texts(case))
     assert "note" not in said
     assert "syrup" not in said
-    assert {"o9", "o13", "o14"} < {case.id for case in made(tmp_path, "taskmaster4", "random")}
-
-
-def test_a_tier_is_used_up_before_the_next() -> None:
-    drawn = draw(chance(1, "a"), "Tea.", [["tea", "Milk", "milk!"], ["rum", "gin"]], 3)
-    assert drawn is not None
-    wrong = {canonical(goal.text) for goal in drawn[0]}
-    assert wrong > {"tea", "milk"}
-    assert draw(chance(1, "a"), "Tea.", [["tea", "Milk", "milk!"]], 3) is None
 
 
 def test_the_list_needs_no_folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -370,15 +350,6 @@ def test_real_sets_have_the_cases_that_their_rows_give() -> None:
         assert (len(cases), missing) == (count, none), name
         for case in cases:
             assert len({canonical(text) for text in texts(case)}) == (6 if name == "casino" else 20)
-
-
-@real
-def test_real_hard_orders_change_exactly_one_attribute() -> None:
-    cases = load("taskmaster4", data_folder(None), goal_set="hard")
-    assert len(cases) >= 200
-    for case in cases:
-        assert "note:" not in " ".join(texts(case))
-        assert [changes(true(case), t) for t in texts(case) if t != true(case)] == [1] * 19, case.id
 
 
 @real

@@ -8,7 +8,6 @@ from typing import Any
 import numpy as np
 import pytest
 
-from goalscope.agent.planner import choose
 from goalscope.base.types import UNSPECIFIED, Goal
 from goalscope.belief.belief import Belief
 from goalscope.belief.calibration import DEFAULT, PAPER, Calibration
@@ -34,20 +33,6 @@ def resolved(name: str) -> Any:
 @pytest.mark.parametrize("name", NAMES)
 def test_what_the_page_names_exists(name: str) -> None:
     assert resolved(name) is not None
-
-
-def test_the_page_goes_through_the_whole_method() -> None:
-    assert len(NAMES) > 50
-    for name in ("Belief", "RolePlay", "GoalManager", "Planner", "Environment", "Calibration"):
-        assert name in PAGE
-
-
-@pytest.mark.parametrize(
-    "name", ["goalscope.belief.belief.Belief.guess", "goalscope.nothing", "goalscope.Agent.x"]
-)
-def test_a_name_that_is_none_is_seen(name: str) -> None:
-    with pytest.raises((AttributeError, ImportError)):
-        resolved(name)
 
 
 def test_the_numbers_are_those_of_the_code() -> None:
@@ -92,13 +77,3 @@ def test_the_belief_is_what_the_page_says(calibration: Calibration) -> None:
     for row in table:
         belief = belief.observe(row)
     assert belief.probability == pytest.approx(belief_by_the_page(table, calibration))
-
-
-def test_to_act_is_worth_what_the_page_says() -> None:
-    random = np.random.default_rng(0)
-    p, v, cost = random.dirichlet(np.ones(4)), random.uniform(-1, 1, (4, 200)), 0.2
-    options = np.array([np.zeros(200), p @ v, p @ np.maximum(0, v) - cost])
-    found = choose(p, v, cost)
-    assert set(options.argmax(axis=0)) == {0, 1, 2}
-    assert (found.act == (options.argmax(axis=0) == 1)).all()
-    assert (found.hold == (options.argmax(axis=0) == 2)).all()

@@ -34,11 +34,11 @@ def part(kind, determiner="a", *, of="objectType", shareable=False, **conditions
     }
 
 
-def on(tail, heads, *, the="the"):
+def on(tail, heads):
     return {
         "property": "parentReceptacles",
         "tail_entity_list": [tail],
-        "tail_determiner_list": [the],
+        "tail_determiner_list": ["the"],
         "head_entity_list": list(heads),
         "head_determiner_list": list(heads.values()),
         "failure_desc": "",
@@ -121,17 +121,13 @@ SINK = {"apple": part("Apple"), "sink": part("Sink", shareable=True, receptacle=
     [
         (MUGS, [], "", 3, 4),
         (DRINK, [], "", 4, 4),
-        ({"x": part("Drinkware", "4", of="simbotObjectClass", isDirty=0)}, [], "", 5, 8),
         (COFFEE, [], 'FillObjectWithLiquid Mug fillLiquid="coffee"', 3, 3),
         (COFFEE, [], 'FillObjectWithLiquid Mug fillLiquid="water"', 2, 3),
         (EGGS, [on("bowl", {"eggs": "all"})], "", 4, 5),
-        (EGGS, [on("bowl", {"eggs": "all"}, the="a")], "", 4, 5),
         (SLICES, [], "SliceObject Bread", 4, 6),
         (SLICES, [ON_PLATE], "SliceObject Bread; CookObject BreadSliced", 5, 8),
         (SINK, [on("sink", {"apple": "a"})], "", 3, 4),
         (SINK, [on("sink", {"apple": "a"})], "PickupObject Apple; PutObject SinkBasin", 4, 4),
-        (BOILED, [], "CookObject Potato", 1, 2),
-        ({"x": part("Safe", isOpen=1)}, [], "", 0, 2),
         ({"x": part("Safe"), "y": part("Egg")}, [on("x", {"y": "1"})], "", 1, 3),
     ],
 )
@@ -139,14 +135,6 @@ def test_conditions_are_counted(game, components, relations, steps, held, total)
     played = game(components, relations)
     found = progress(played, do(House(played.start), steps).metadata()["objects"])
     assert (found.held, found.total, found.done) == (held, total, held == total)
-
-
-def test_a_thing_on_a_plate_is_where_the_plate_is(game):
-    parts = {"apple": part("Apple"), "table": part("DiningTable", shareable=True)}
-    played = game(parts, [on("table", {"apple": "a"})])
-    steps = "PickupObject Plate; PutObject DiningTable; PickupObject Apple; PutObject Plate"
-    assert not progress(played, played.start.objects).done
-    assert progress(played, do(House(played.start), steps).metadata()["objects"]).done
 
 
 def test_what_is_cooked_in_water_is_boiled_and_stays_so(game):
@@ -165,11 +153,9 @@ def test_what_is_cooked_in_water_is_boiled_and_stays_so(game):
 @pytest.mark.parametrize(
     "broken",
     [
-        {"components": {"mug": {"determiner": "a"}}},
         {"components": {"mug": part("Mug", "few")}},
         {"components": MUGS, "relations": [{}]},
         {"initial_objects": [{}]},
-        {"final_objects": [5]},
         {"interactions": [{}]},
     ],
 )

@@ -88,13 +88,6 @@ def test_json_has_numbers_as_numbers() -> None:
     assert found["notes"] == ["n_1 is 100 %."]
 
 
-def test_numbers_that_are_none_are_refused() -> None:
-    with pytest.raises(ValueError, match="finite"):
-        Estimate(math.nan)
-    with pytest.raises(ValueError, match="finite"):
-        Estimate(1.0, Interval(0, math.inf))
-
-
 def test_intervals_of_few_have_a_note() -> None:
     few, bare, many = averaged([0, 1] * 2), Estimate(0.5), averaged([0, 1] * 5)
     for found, said in [([few, bare, many], 1), ([bare, many], 0), (["a", 3], 0)]:

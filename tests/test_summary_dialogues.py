@@ -87,6 +87,7 @@ def test_role_play_adds_up_turns_and_is_calibrated_as_its_cell_says() -> None:
     first = row(table, "goalscope, Eq. 1", "1")
     e = math.exp(2)
     losses = [-math.log(e / (e + 3)), -math.log(1 / (e + 3))]
+    last_loss = (losses[0] - math.log(1 / (math.exp(1) + 3))) / 2
     assert (first["n"], first["top-1"].value, first["MRR"].value) == (2, 0.5, (1 + 1 / 3) / 2)
     assert first["log-loss"].value == pytest.approx(np.mean(losses))
     second = row(table, "goalscope, Eq. 1", "2")
@@ -94,10 +95,9 @@ def test_role_play_adds_up_turns_and_is_calibrated_as_its_cell_says() -> None:
     assert second["log-loss"].value == pytest.approx(-math.log(e**2 / (e**2 + 3)))
     tempered = row(table, "goalscope", "2")
     assert tempered["log-loss"].value == pytest.approx(losses[0])
+    own = row(table, "goalscope", "last")  # of each dialogue its own last turn
+    assert (own["n"], own["log-loss"].value) == (2, pytest.approx(last_loss))
     last = [(s, {**r, "calibration": asdict(LAST_TURN)}) for s, r in DIALOGUES]
-    assert row(dialogues_table(last), "goalscope", "2")["log-loss"].value == pytest.approx(
-        losses[0]
-    )
     assert row(dialogues_table(last), "goalscope, Eq. 1", "2") == second
 
 
@@ -107,10 +107,11 @@ def test_goals_that_an_adapter_was_fitted_on_are_shown_apart() -> None:
         dialogue(2, 1, 1, seen=False, **{"role-play": [SURE]}),
         dialogue(3, 1, 1, seen=None, **{"role-play": [SURE]}),
     ]
-    table = dialogues_table(cells)
-    assert row(table, "goalscope", "1")["n"] == 3
+    table = dialogues_table([*cells, dialogue(4, 1, 1, learned=True, **{"role-play": [SURE]})])
+    assert row(table, "goalscope", "1")["n"] == 4
     assert row(table, "goalscope, goal seen", "1")["top-1"].value == 1.0
     assert row(table, "goalscope, goal unseen", "1")["top-1"].value == 0.0
+    assert table.notes[0] == "The model's adapter was TRAINED on 1 of these dialogues."
     assert "goalscope, goal seen" not in column(dialogues_table(cells[:1]), "predictor")
 
 
@@ -149,24 +150,6 @@ def test_the_prior_of_unspecified_counts_where_the_goal_may_be_missing_and_only_
     assert len({row(each, "goalscope", "1")["log-loss"].value for each in tables}) == 1
 
 
-def test_dialogues_that_the_adapter_learned_from_are_counted() -> None:
-    cells = [dialogue(n, 0, 1, **{"role-play": [SURE]}, learned=n < 2) for n in range(3)]
-    assert (
-        dialogues_table(cells).notes[0]
-        == "The model's adapter was TRAINED on 2 of these dialogues."
-    )
-    cells = [dialogue(n, 0, 1, **{"role-play": [SURE]}, learned=False) for n in range(3)]
-    assert not [each for each in dialogues_table(cells).notes if "LEARNED" in each]
-
-
-def test_the_last_turn_is_each_dialogues_own() -> None:
-    last = row(dialogues_table(), "goalscope", "last")
-    e = math.exp(2)
-    assert last["n"] == 2
-    expected = (-math.log(e / (e + 3)) - math.log(1 / (math.exp(1) + 3))) / 2
-    assert last["log-loss"].value == pytest.approx(expected)
-
-
 def test_uniform_is_what_one_expects() -> None:
     found = row(dialogues_table(), "uniform", "last")
     assert found["top-1"] == Estimate(0.25, None, "percent")
@@ -188,19 +171,6 @@ def test_an_answer_counts_as_it_was_meant() -> None:
     unread = row(table, "model asked", "2")
     assert unread["log-loss"].value == pytest.approx(math.log(4))
     assert any("1 of 3 answers of the model" in note for note in table.notes)
-
-
-def test_what_was_not_run_is_not_shown() -> None:
-    table = dialogues_table()
-    assert "BM25" not in column(table, "predictor")
-    assert set(column(table, "turn")) == {"1", "2", "last"}
-    assert all(column(table, "n"))
-
-
-def test_a_file_of_ones_own_has_no_split() -> None:
-    table = dialogues_table([({**spec, "split": None}, result) for spec, result in DIALOGUES])
-    assert table.name == "dialogues-teach-hard-small"
-    assert "teach, 4 hard goals each, small" in table.title
 
 
 def similar(group: int, *, right: bool):
@@ -230,9 +200,6 @@ def test_few_groups_are_no_ground_to_fit_on() -> None:
 
 
 def test_intervals_resample_groups() -> None:
-    cells = [dialogue(i, i % 2, 1, group=str(i // 4), **{"role-play": [SURE]}) for i in range(12)]
-    found = row(dialogues_table(cells), "goalscope", "1")
-    assert found["top-1"].interval is None  # all groups are half right
     values = [1.0, 0.0] * 6
     cells = [
         dialogue(i, 0 if value else 1, 1, group=str(i // 3), **{"role-play": [SURE]})
@@ -241,7 +208,6 @@ def test_intervals_resample_groups() -> None:
     found = row(dialogues_table(cells), "goalscope", "1")
     groups = [str(i // 3) for i in range(12)]
     assert found["top-1"] == Estimate(0.5, bootstrap_mean(values, groups), "percent")
-    assert found["top-1"].interval != bootstrap_mean(values)
 
 
 ALONE = ["red big cup", "red big pan", "red old cup", "blue big cup"]
@@ -251,13 +217,6 @@ ALONE = ["red big cup", "red big pan", "red old cup", "blue big cup"]
 def alone(id: int, truth: int, turns: int = 1):
     spec, result = dialogue(id, truth, turns)
     return {**spec, "case": {**spec["case"], "goals": ALONE}}, result
-
-
-def test_goals_alone_prefer_the_goal_that_is_most_like_the_others() -> None:
-    table = dialogues_table([alone(1, 0, 2), alone(2, 0), alone(3, 1)])
-    found = row(table, "goals alone", "1")
-    assert (found["n"], found["top-1"].value) == (3, pytest.approx(2 / 3))
-    assert row(table, "goals alone", "2")["top-1"].value == 1.0
 
 
 def test_goals_alone_have_jaccard_overlap_over_a_temperature() -> None:
