@@ -192,7 +192,9 @@ def test_followed_is_that_the_second_goal_has_led_by_then() -> None:
 
 
 def test_who_expects_a_change_follows_sooner() -> None:
-    (found,) = read_changes([cell(str(n), str(n), "BBCca") for n in range(2)])
+    cells = [cell(str(n), str(n), "BBCca") for n in range(2)]
+    assert read_dialogues(cells) == ()  # scripts are no real dialogues
+    (found,) = read_changes(cells)
     table = change_table(found)
     assert shares(table, "goalscope, without switching")[2] == 0
     assert shares(table, "goalscope")[0] == 1
@@ -206,12 +208,3 @@ def test_who_expects_a_change_follows_sooner() -> None:
         math.log1p(2 * math.exp(-12)), rel=1e-6
     )
     assert lost == pytest.approx(kept, rel=1e-9)  # the words between them speak for no change
-
-
-def test_scripts_are_no_real_dialogues() -> None:
-    cells = [cell("1", "b", "bbccc"), cell("2", "b", "bbccc")]
-    assert read_dialogues(cells) == ()
-    other = [({**spec, "change": 4}, result) for spec, result in cells]
-    assert [(each.records[0]["round"], each.name) for each in read_changes([*cells, *other])] == [
-        (3, "teach-valid-small-change-3"), (4, "teach-valid-small-change-4")
-    ]  # fmt: skip

@@ -76,16 +76,6 @@ def test_later_words_count_from_there(table, row) -> None:
     assert (pinned.log_posteriors[:-1] == belief_of(table).log_posteriors[:-1]).all()
 
 
-def test_the_last_of_several_is_the_one_that_is_meant() -> None:
-    belief = belief_of([]).pin(A).pin(B)
-    assert p(belief, B) == pytest.approx(0.99)
-    assert p(belief, A) == pytest.approx(0.01 * 0.99 / (1 - 0.01 / 3))
-    later = belief.observe([0.0] * 4).pin(A)
-    assert later.pinned == ((0, A), (0, B), (1, A))
-    assert p(later, A) >= PINNED
-    assert later.log_posteriors[0] == pytest.approx(belief.log_posterior)
-
-
 @given(st.lists(nats, min_size=1, max_size=4), st.integers(0, 3))
 def test_words_that_are_left_out_count_as_words_that_say_nothing(table, turn) -> None:
     turn %= len(table)
@@ -142,14 +132,6 @@ def test_a_confirmed_goal_stands_and_the_next_round_tells_of_it(goal, new) -> No
     assert list(round.changes[: len(told)]) == told
     assert round.belief.pinned == ((1, named),)
     assert "pinned" not in [change.kind for change in agent.step("?", "light").changes]
-
-
-def test_a_goal_is_confirmed_before_a_word_is_said() -> None:
-    agent = Agent(LampRoom(), WordModel(REPLIES))
-    assert p(agent.correct("pin", LAMP), LAMP) >= PINNED
-    round = agent.step("What?", "please")
-    assert agent.env.state().text == "On: lamp."
-    assert p(round.belief, LAMP) > 0.9
 
 
 def test_a_goal_that_is_ruled_out_is_gone_and_never_proposed_again() -> None:

@@ -116,18 +116,6 @@ def test_a_yes_to_another_state_than_the_present_one_is_refused_before_anything_
     assert agent.step("", "yes").results == ()  # by words neither
 
 
-def test_what_the_reader_is_unsure_of_waits_and_says_what_was_understood() -> None:
-    env = LampRoom(["lamp"])
-    model = WordModel(REPLIES)
-    model.margins = (0.01,)
-    agent = agent_in(env, model=model)
-    round = agent.step("", "switch on lamp")
-    assert env.on == []
-    assert 'I understood "switch on lamp". Shall I?' in round.question
-    agent.step(agent.ask(), "yes")
-    assert env.on == ["lamp"]
-
-
 def test_an_undo_that_was_not_surely_read_waits() -> None:
     env = LampRoom(["lamp"])
     model = WordModel(REPLIES)

@@ -21,8 +21,6 @@ Kitchen1: OpenObject Drawer openness=0.25
     Drawer isOpen=true openness=0.25
 Kitchen1: OpenObject Drawer; OpenObject Drawer openness=0.5
     Drawer openness=0.5
-Kitchen1: OpenObject Drawer; OpenObject Drawer openness=0
-    Drawer isOpen=false openness=0.0
 Kitchen1: OpenObject Cabinet; CloseObject Cabinet
     Cabinet isOpen=false openness=0.0
 Kitchen1: PickupObject SaltShaker
@@ -37,7 +35,7 @@ Bedroom1: PickupObject Watch; DropHandObject
     Floor receptacleObjectIds=[...,"Watch"]
 Kitchen1: PushObject Chair
     Chair
-Kitchen1: PullObject Chair moveMagnitude="200"
+Kitchen1: PullObject Chair
     Chair
 LivingRoom1: ToggleObjectOn Television
     Television isToggled=true
@@ -86,12 +84,9 @@ Kitchen1: OpenObject Fridge openness=1.01
 Kitchen1: CloseObject Fridge
 Kitchen1: PickupObject Fridge
 Kitchen1: PickupObject Egg; PickupObject Apple
-Kitchen1: PickupObject Knife forceAction=false
 Kitchen1: SliceObject Apple; PickupObject Apple
-Kitchen1: PutObject CounterTop
 Kitchen1: PickupObject Apple; PutObject objectId="Nowhere|+1|+1|+1"
 Kitchen1: PickupObject Mug; PutObject Bowl; PickupObject Bowl; PutObject Mug
-Kitchen1: PickupObject Apple; PutObject Potato
 Kitchen1: PickupObject Apple; PutObject Drawer
 Kitchen1: PickupObject Bowl; PutObject StoveBurner
 Kitchen1: PickupObject Cup; PutObject CoffeeMachine
@@ -99,38 +94,27 @@ Kitchen1: PickupObject Egg; PutObject StoveBurner:1 forceAction=false
 Kitchen1: PickupObject Pan; PutObject Bowl; PickupObject Plate; PutObject Bowl
 Kitchen1: DropHandObject
 Kitchen1: PushObject Fridge
-Kitchen1: PickupObject Egg; PushObject Egg
 Kitchen1: ToggleObjectOn Apple
 Kitchen1: ToggleObjectOn StoveBurner
 Kitchen1: ToggleObjectOn Faucet; ToggleObjectOn Faucet
-Kitchen1: ToggleObjectOff Faucet
 Kitchen1: OpenObject Microwave; ToggleObjectOn Microwave
 LivingRoom1: BreakObject Television; ToggleObjectOn Television
 Kitchen1: FillObjectWithLiquid Cup fillLiquid="milk"
-Kitchen1: FillObjectWithLiquid Apple fillLiquid="water"
 Kitchen1: FillObjectWithLiquid Pot fillLiquid="wine"
 Kitchen1: EmptyLiquidFromObject WineBottle; FillObjectWithLiquid WineBottle fillLiquid="coffee"
 Kitchen1: FillObjectWithLiquid WineBottle fillLiquid="wine"
 Kitchen1: EmptyLiquidFromObject Cup
-Kitchen1: SliceObject Plate
 Kitchen1: SliceObject Bread; SliceObject Bread:1
 Kitchen1: PickupObject Apple; SliceObject Apple
-Kitchen1: SliceObject Apple; SliceObject Apple
-Kitchen1: OpenObject Microwave forceAction=false
 Kitchen1: OpenObject Fridge forceAction=false
 Kitchen1: Teleport x=2.25 z=3.0; DirtyObject Plate:1 forceAction=false
-Kitchen1: CookObject Plate
 Kitchen1: CookObject Potato; CookObject Potato
 Kitchen1: BreakObject Fridge
-Kitchen1: BreakObject Plate; BreakObject Plate
 Kitchen1: DirtyObject Fridge
-Kitchen1: DirtyObject Mug:1
 Kitchen1: CleanObject Plate
-Kitchen1: UseUpObject Fridge
 Kitchen1: UseUpObject PaperTowelRoll; UseUpObject PaperTowelRoll
 Kitchen1: Teleport z=3.25; MoveAhead forceAction=false
 Kitchen1: Teleport x=2.25; MoveBack moveMagnitude=2 forceAction=false
-Kitchen1: Teleport x=99 forceAction=false
 Kitchen1: Teleport position={"x":0.5,"z":3.6} forceAction=false
 Kitchen1: Teleport horizon=61 forceAction=false
 """.strip().splitlines()
@@ -279,18 +263,15 @@ PickupObject Apple; PutObject Pan -> Apple isCooked=false temperature="RoomTemp"
 ToggleObjectOn StoveKnob -> Pan temperature="Hot"
 ToggleObjectOn StoveKnob:1 -> Pan temperature="RoomTemp"
 ToggleObjectOn StoveKnob; PickupObject Potato; PutObject Pan -> Potato isCooked=true
-ToggleObjectOn StoveKnob; PickupObject Potato; PutObject Pan -> Potato temperature="Hot"
-PickupObject Potato; PutObject Pan; ToggleObjectOn StoveKnob -> Potato isCooked=true
+PickupObject Potato; PutObject Pan; ToggleObjectOn StoveKnob -> Potato temperature="Hot"
 ToggleObjectOn StoveKnob; PickupObject Apple; PutObject Pan -> Apple isCooked=false
 PickupObject Potato; PutObject Pan; PickupObject Pan; ToggleObjectOn StoveKnob -> Potato \
 isCooked=false
 SliceObject Bread; PickupObject BreadSliced; PutObject Toaster -> BreadSliced isCooked=false
 SliceObject Bread; PickupObject BreadSliced; PutObject Toaster; ToggleObjectOn Toaster -> \
 BreadSliced isCooked=true temperature="Hot"
-OpenObject Microwave; PickupObject Potato; PutObject Microwave -> Potato isCooked=false
 OpenObject Microwave; PickupObject Potato; PutObject Microwave; CloseObject Microwave; \
 ToggleObjectOn Microwave -> Potato isCooked=true temperature="Hot"
-PickupObject Mug; PutObject CoffeeMachine -> Mug isFilledWithLiquid=false
 PickupObject Mug; PutObject CoffeeMachine; ToggleObjectOn CoffeeMachine -> Mug \
 isFilledWithLiquid=true fillLiquid="coffee" temperature="Hot"
 PickupObject Mug; PutObject CoffeeMachine; FillObjectWithLiquid Mug fillLiquid="wine"; \

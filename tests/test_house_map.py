@@ -69,21 +69,16 @@ def test_a_rectangle_stands_where_its_box_is() -> None:
     assert float(table["y"]) - float(floor["y"]) == pytest.approx(0.5 * metre, abs=0.2)
 
 
-def test_states_are_shown() -> None:
-    metadata = room()
-    find(metadata, "Mug").update(
-        isDirty=True, isFilledWithLiquid=True, fillLiquid="water", temperature="Hot"
-    )
-    assert "mug (dirty, hot, filled with water)" in RoomMap(metadata).text()
-
-
-def test_changes_are_told_and_marked() -> None:
+def test_states_are_shown_and_changes_told_and_marked() -> None:
     before, after = room(), room()
     find(after, "Fridge")["isOpen"] = True
+    for each in (before, after):
+        find(each, "Mug").update(isDirty=True, fillLiquid="water", isFilledWithLiquid=True)
     egg = find(after, "Egg")
     egg.update(parentReceptacles=None, isPickedUp=True)
     after["inventoryObjects"] = [{"objectId": egg["objectId"], "objectType": "Egg"}]
     drawn = RoomMap(after, before)
+    assert "mug (dirty, filled with water)" in drawn.text()
     assert [entry.text for entry in drawn.entries if entry.changed] == ["fridge (open)"]
     assert "holds egg" in drawn.notes[0]
     assert drawn.notes[1] == "Changed: fridge: open; egg: now in the robot's hand."
@@ -92,7 +87,6 @@ def test_changes_are_told_and_marked() -> None:
         if "changed" in each.get("class", "").split()
     ]  # fmt: skip
     assert marked[:3] == ["place changed", "number changed", "number changed"]
-    assert not any(entry.changed for entry in RoomMap(before, copy.deepcopy(before)).entries)
 
 
 HOSTILE = "</text><script>alert(1)</script>[red]\x1b[31m\u202e\x00\ufffe\ud800" + "X" * 10_000_000

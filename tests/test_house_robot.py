@@ -115,10 +115,8 @@ WHICH = [
     ("Kitchen1", "fill dirty mug", ["fill: mug 1"]),
     ("Kitchen1", "fill clean mug", ["fill: mug 2"]),
     ("Kitchen1", "fill mug | where cabinet", ["fill: mug 2"]),
-    ("Kitchen1", "pick up mug 2", ["pick up: mug 2"]),
     ("Kitchen1", "put mugs | where sink", ["put: mug 2 -> sink basin", "put: mug 1 -> sink basin"]),
     ("Kitchen1", "put knife | where counter", ["put: knife -> counter 1"]),
-    ("Kitchen1", "open drawers", ["open: drawer 2", "open: drawer 1"]),
     ("Kitchen1", "turn on stove", ["turn on: stove burner 1"]),
     ("Kitchen1", "put bowl | where stove", ["put: bowl -> stove burner 3"]),
     ("Kitchen1", "turn off everything", ["turn off: light switch"]),
@@ -126,7 +124,6 @@ WHICH = [
     ("LivingRoom1", "turn off lamp | where desk", ["turn off: desk lamp"]),
     ("LivingRoom1", "turn off lamps", ["turn off: floor lamp", "turn off: desk lamp"]),
     ("LivingRoom1", "put remote | where TV", ["put: remote control -> TV stand"]),
-    ("Bathroom1", "turn on faucet | where sink", ["turn on: faucet 2"]),
     ("Bathroom1", "turn on faucet | where bathtub", ["turn on: faucet 1"]),
 ]
 
@@ -188,13 +185,11 @@ def test_dishes_are_made_of_simpler_actions(robot: HomeRobot) -> None:
 
 SO = [
     ("close fridge", "The fridge is closed already."),
-    ("open mug", "I cannot open the mug."),
     ("open vase", "There is no vase here."),
     ("put apple | where moon", "There is no moon here."),
     ("put apple | where counter", "The apple is on counter 2 already."),
     ("slice apple | where fridge", "There is no apple in or on the fridge."),
     ("put mugs | where window", "Nothing can be put in or on the window."),
-    ("push fridge", "I cannot push the fridge."),
     ("fill cup | for milk", "I cannot fill anything with milk."),
     ("make tea", "I cannot make tea here."),
     ("open", "Please say what I am to open."),
@@ -235,7 +230,6 @@ def test_limits_bind_orders(robot: HomeRobot, limit: str, said: str, actions: li
     [
         ("put apple | where fridge", "apple", False),
         ("put apple | where fridge", "tomato", True),
-        ("leave apple", "apple", False),
         ("avoid fruit | why taste", "apple", False),
         ("leave fridge", "apple", True),
     ],
@@ -302,7 +296,6 @@ ANSWERS = [
      " table."),
     ("ask lettuce | where fridge", "The lettuce is cold and in the fridge."),
     ("ask drawer 1", "Drawer 1 is closed; in it: the spatula."),
-    ("ask vase", "There is no vase here."),
     ("ask", "The robot's hand is empty. Nothing has been changed yet."),
 ]  # fmt: skip
 

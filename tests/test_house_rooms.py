@@ -122,11 +122,9 @@ def test_a_basin_belongs_to_its_sink_and_a_knob_to_its_burner() -> None:
     ("text", "told"),
     [
         (GOOD.replace("[2, 1.5]", "[0.7, 0.6]"), "agent: there is no place to stand"),
-        (GOOD.replace("[2, 1.5]", "[3.9, 1.5]"), "agent: there is no place to stand"),
         (GOOD.replace("Apple", "Appel"), "object 2: .*'Appel' .* did you mean 'Apple'"),
         (GOOD.replace("Apple", "Floor"), "floor already"),
         (GOOD.replace('on = "DiningTable"', 'on = "DinningTable"'), "did you mean 'DiningTable'"),
-        (GOOD.replace('on = "DiningTable"', ""), "exactly one of the keys at, in, on"),
         (GOOD + "at = [1, 1]\n", "exactly one of the keys"),
         (GOOD + "isDirty = true\n", "Apple, which is not dirtyable"),
         (GOOD + "size = [3, 0.1, 0.1]\n", "no room for it in or on the DiningTable"),
@@ -137,16 +135,11 @@ def test_a_basin_belongs_to_its_sink_and_a_knob_to_its_burner() -> None:
         (GOOD + TABLE, "another one is at the same place"),
         (GOOD + TABLE.replace("0.7", "1.9") + APPLE + 'on = "DiningTable"', "are 2 of it"),
         (GOOD + TABLE.replace("0.7", "9"), "DiningTable: it reaches outside the room"),
-        (GOOD + '[[object]]\ntype = "SinkBasin"\non = "DiningTable"\n', "must be in a Sink"),
         (GOOD + '[[object]]\ntype = "SinkBasin"\nat = [1, 1]\n', "must be in a Sink"),
         (GOOD + '[[object]]\ntype = "StoveKnob"\nat = [1, 1, 1]\n', "label of a StoveBurner"),
         (
             GOOD + '[[object]]\ntype = "Toaster"\non = "DiningTable"\n' + APPLE + 'in = "Toaster"',
             "a Toaster holds one BreadSliced",
-        ),
-        (
-            HEAD + FRIDGE + '[[object]]\ntype = "Vase"\nin = "Fridge"\nsize = [0.1, 2, 0.1]\n',
-            "no room for it in or on the Fridge",
         ),
     ],
 )

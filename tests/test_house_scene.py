@@ -69,13 +69,17 @@ def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 def test_metadata_becomes_a_scene() -> None:
     scene = read(
         metadata(
-            mass=0.5, temperature="Cold", assetId="Book_7", salientMaterials=["Paper"], evil="<b>"
+            mass=0.5,
+            temperature="Cold",
+            assetId="Book\x1b",
+            salientMaterials=["Paper", "a\nb", 5, "<|x"],
+            evil="<b>",
         )
     )
     book = scene.objects[3]
     assert "evil" not in book
     assert (scene.name, len(scene.objects)) == ("Room_physics", 4)
-    assert (book["mass"], book["temperature"], book["assetId"]) == (0.5, "Cold", "Book_7")
+    assert (book["mass"], book["temperature"], book["assetId"]) == (0.5, "Cold", "")
     assert (book["salientMaterials"], book["parentReceptacles"]) == (["Paper"], [TABLE])
     assert (book["openable"], book["isOpen"], book["openness"]) == (False, False, 0.0)
     assert scene.objects[0]["receptacleObjectIds"] == []
@@ -100,13 +104,10 @@ for _ in range(600):
 BAD_TEXTS = {
     "control": "Book\x1b[2J",
     "bidi": "Book\u202egpj",
-    "zero width": "Bo\u200bok",
-    "surrogate": "Book\ud800",
     "template": "<|im_start|>system",
     "empty": "",
     "10 MB": "B" * 10**7,
     "number": 5,
-    "null": None,
 }
 
 
@@ -147,14 +148,9 @@ BAD_METADATA: dict[str, tuple[Callable[[dict[str, Any]], Any], str]] = {
     "list": (lambda data: [data], "expected a JSON object with AI2-THOR's metadata, not list"),
     "empty": (lambda data: {}, "no objects in it"),
     "object no object": (lambda data: data | {"objects": [5]}, "object 1: expected a JSON object"),
-    "other schema": (lambda data: {"rooms": [], "doors": 5}, "object 1: expected a JSON object"),
     "twice": (lambda data: data | {"objects": data["objects"] * 2}, "two objects have the id"),
     "too many": (lambda data: data | {"objects": [{}] * 2001}, "2,001 objects; a scene may have"),
-    "scene's name": (
-        lambda data: data | {"sceneName": "a\nb"},
-        "room, sceneName: it has",
-    ),
-    "agent": (lambda data: data | {"agent": 5}, "'agent' must be a table of keys"),
+    "scene's name": (lambda data: data | {"sceneName": "a\nb"}, "room, sceneName: it has"),
     "nowhere": (lambda data: data | {"agent": {}}, "room, agent: the key 'position' is missing"),
     "two hands": (
         lambda data: data | {"objects": [each | {"isPickedUp": True} for each in data["objects"]]},
@@ -168,19 +164,6 @@ def test_metadata_of_another_form_is_refused(alter: Any, message: str) -> None:
     with pytest.raises(InvalidInputError) as error:
         read(alter(metadata()))
     assert message in str(error.value)
-
-
-@pytest.mark.parametrize(
-    ("key", "value", "kept"),
-    [
-        ("assetId", "Book\x1b", ""),
-        ("salientMaterials", ["Paper", "a\nb", 5, "<|x"], ["Paper"]),
-    ],
-)
-def test_what_the_house_does_not_need_is_left_out_where_it_is_odd(
-    key: str, value: Any, kept: Any
-) -> None:
-    assert read(metadata(**{key: value})).objects[3][key] == kept
 
 
 def test_lists_that_go_round_in_a_circle_end() -> None:
@@ -246,8 +229,6 @@ def test_a_scene_that_is_not_there_is_told(name: str, message: str, folder: Path
 GOOD_GZ = gzip.compress(json.dumps(metadata()).encode())
 BAD_FILES = {
     "a.json": b"{",
-    "d.json": b"[" * 100_000,
-    "e.json": b'{"objects": ' + b"9" * 5000 + b"}",
     "f.json.gz": b"no gzip",
     "g.json.gz": GOOD_GZ[:50],
     "i.json.gz": GOOD_GZ[:-8] + bytes(8),

@@ -124,17 +124,6 @@ def test_objects_and_agent_have_every_key_of_a_recording_of_ai2_thor() -> None:
             assert set(ours["agent"]) == set(each["agent"])
 
 
-def test_the_callers_metadata_is_not_the_next_ones() -> None:
-    home = house()
-    first = home.metadata()
-    for value in first.values():
-        if isinstance(value, list):
-            value.append("mine")
-    first["agent"]["position"]["x"] = 99
-    assert "mine" not in str(home.metadata())
-    assert home.metadata()["agent"]["position"]["x"] != 99
-
-
 @pytest.mark.parametrize("step", ["GetReachablePositions", "GetInteractablePoses Toaster"])
 def test_a_question_takes_no_time_and_changes_nothing(step: str) -> None:
     home = do(house(), "PickupObject Egg")

@@ -8,12 +8,10 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from fakes import WordModel
-from goalscope.base.types import Action, InvalidInputError, ModelError
-from goalscope.envs.grocery import Catalogue, GroceryShop
+from goalscope.base.types import InvalidInputError, ModelError
 from goalscope.envs.registry import domain_named
 from goalscope.experiment.judge import SCORES, Trial, judge
 from goalscope.models import Completion, unfinished_json
-from goalscope.models.served.generator import ServedGenerator
 
 CASE = {"task": "The agent sells.", "description": "You want\ntea."}
 GOOD = {"explanation": "There is tea.", "score": 2.25}
@@ -59,10 +57,8 @@ def test_every_quarter_is_in_the_schema_and_read(score) -> None:
 @pytest.mark.parametrize(
     "answer",
     [
-        "I would give it a 2.25.",
         '```json\n{"explanation": "x", "score": 2}\n```',
         "2.25",
-        "[]",
         "",
         "[" * 100_000,
         {"score": 2},
@@ -93,20 +89,8 @@ def test_a_trial_whose_json_is_not_finished_is_unscored_and_the_others_count() -
     trials = judge(Evaluator(unfinished_json(512), GOOD), **CASE, outcome="tea", trials=4)
     assert [trial.score for trial in trials] == [None, 2.25, None, 2.25]
     assert "did not finish" in trials[0].explanation
-
-
-@pytest.mark.parametrize("text", ["It is a 2.", '{"score": 3}', json.dumps({**GOOD, "score": 9})])
-def test_a_server_that_ignores_the_schema_leaves_a_trial_unscored(text) -> None:
-    class Prose:
-        url, model = "http://server", "gpt"
-
-        def post(self, path, body):
-            return {"choices": [{"message": {"content": text}, "finish_reason": "stop"}]}
-
-    server = ServedGenerator(Prose())  # pyright: ignore[reportArgumentType]
-    (trial,) = judge(server, **CASE, outcome="tea", trials=1)
-    assert trial.score is None
-    assert text[:10] in trial.explanation + trial.answer
+    with pytest.raises(InvalidInputError, match="at least 1"):
+        judge(Evaluator(GOOD), **CASE, outcome="tea", trials=0)
 
 
 def test_other_trouble_with_the_model_is_not_a_missing_score() -> None:
@@ -150,13 +134,6 @@ def test_the_evaluator_is_shown_what_the_paper_shows() -> None:
     assert "can do" not in model.prompts[-1]
 
 
-def test_the_named_actions_are_those_of_the_environments() -> None:
-    shop = GroceryShop(Catalogue.load(None))
-    told = shop.step(Action("fly")).observation
-    assert ", ".join(possible("grocery")) in told
-    assert {"put", "pick up", "open", "slice"} <= set(possible("house"))
-
-
 def test_trials_differ_by_seed_and_share_none_with_another_seed() -> None:
     model = Evaluator(GOOD)
     for seed in (0, 1):
@@ -171,8 +148,3 @@ def test_at_the_papers_temperature_every_trial_is_asked_for() -> None:
     trials = judge(model, **CASE, outcome="tea", temperature=0, trials=3)
     assert trials == [Trial(2.25, "There is tea.")] * 3
     assert [asked["temperature"] for asked in model.asked] == [0, 0, 0]
-
-
-def test_no_trials_are_refused() -> None:
-    with pytest.raises(InvalidInputError, match="at least 1"):
-        judge(Evaluator(GOOD), **CASE, outcome="tea", trials=0)

@@ -11,10 +11,9 @@ from corpus import Entry, Talk, read_entries
 from fakes import WordModel
 from goalscope.agent.writer import JUDGEMENTS, Writer
 from goalscope.base.nouns import singulars
-from goalscope.base.types import Turn
 from goalscope.envs.scenarios import Scenario, shipped_scenarios
-from goalscope.experiment.reading_scores import Language, Line
-from goalscope.language.orders import Order, Verb
+from goalscope.experiment.reading_scores import Language
+from goalscope.language.orders import Verb
 from lessons import Lesson, lessons_of
 
 LANGUAGES = {"grocery": Language((Verb("add", ""), Verb("clear", "", ())), "You sell food.", ())}
@@ -64,18 +63,6 @@ def drawn(found: list[Entry], *, known: list[Entry] | None = None, seed: int = 0
     model, draw = WordModel(), random.Random(seed)
     made = lessons_of(found, model, LANGUAGES, known=known or found)
     return [lesson for each in made for lesson in each(draw)]
-
-
-def test_each_kind_of_row_is_read_as_what_it_is(tmp_path: Path) -> None:
-    line, talk, scenario, recipe = read(tmp_path, *ROWS.values())
-    assert isinstance(line, Line)
-    assert line.orders == (Order("none"),)
-    turns = (Turn("Yes?", "We have guests."),)
-    goals = ("feed guests", "have a party")
-    assert talk == Talk("a-2", "grocery", turns, "add: milk", goals, "How many?")
-    assert isinstance(scenario, Scenario)
-    assert scenario.unwanted == ("dog food",)
-    assert isinstance(recipe, Scenario)
 
 
 def test_a_recipe_becomes_what_its_dish_calls_for(tmp_path: Path) -> None:

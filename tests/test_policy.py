@@ -14,7 +14,6 @@ from goalscope.agent.writer import JUDGEMENTS, Writer
 from goalscope.base.types import Action, StepResult
 from goalscope.envs import Environment
 from goalscope.envs.grocery import Catalogue, GroceryShop
-from goalscope.envs.house import HomeRobot, HouseController
 from goalscope.envs.scenarios import Scenario
 from goalscope.language.dialogue_state import DialogueState
 from goalscope.language.orders import Order
@@ -191,18 +190,6 @@ def test_what_is_not_to_be_done_or_not_here_is_left_out(offers, needs, more, on)
     assert (room.on, outcome.failed, outcome.held) == (on, (), ())
 
 
-def test_what_was_done_once_is_not_done_with_another_of_its_kind() -> None:
-    class Home(HomeRobot):
-        like = Lived.like
-
-    robot = Home(HouseController("Kitchen1"))
-    robot.known = {"read": Scenario("x-1", "house", "read", (), ("put plate | where sink",))}
-    first = act(robot, {}, Want("read", 1.0))
-    assert len(first.results) == 1
-    again = act(robot, {}, Want("read", 1.0), history=first.results)
-    assert again == Outcome()
-
-
 @pytest.mark.parametrize(("held", "comes"), [("Spreadable Butter", []), ("Garlic", ["unsalted"])])
 def test_a_second_thing_of_a_kind_is_not_guessed(held, comes) -> None:
     class Shop(GroceryShop):
@@ -214,12 +201,6 @@ def test_a_second_thing_of_a_kind_is_not_guessed(held, comes) -> None:
     history = [shop.step(Action("add item", held))]
     outcome = act(shop, {}, Want("bake", 1.0), history=history)
     assert [each.target.split()[0].lower() for each in outcome.guessed] == comes
-
-
-def test_nothing_is_heated_unasked() -> None:
-    robot = HomeRobot(HouseController("Kitchen1"))
-    assert robot.serving("turn on microwave", FREE) == []
-    assert robot.serving("open microwave", FREE)
 
 
 @pytest.mark.parametrize(("rest", "on"), [(0.0, ["lamp"]), (0.05, ["lamp"]), (0.55, [])])
@@ -299,18 +280,6 @@ def test_the_person_is_told_what_is_held_back() -> None:
     agent.correct("pin", "read")
     round = agent.step("What?", "more light")
     assert "Held back until it is clear what you want: lamp." in round.notes
-
-
-def test_the_robot_does_what_an_aim_calls_for_and_leaves_the_rest() -> None:
-    class Home(HomeRobot):
-        like = Lived.like
-
-    needs = "put apple | where fridge, slice bread, put pillow | where bed"
-    robot = Home(HouseController("Kitchen1"))
-    robot.known = {"tidy": Scenario("x-1", "house", "tidy", (), tuple(needs.split(", ")))}
-    outcome = act(robot, {"tidy": needs}, Want("tidy", 1.0))
-    assert [str(each.action) for each in outcome.results] == ["put: apple -> fridge"]
-    assert outcome.failed == ()
 
 
 @pytest.mark.parametrize(

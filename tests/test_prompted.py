@@ -267,23 +267,6 @@ def test_who_does_what_depends_on_what_the_model_was_taught() -> None:
     assert (plain.proposer.model, plain.remover) == (model, None)
 
 
-@pytest.mark.parametrize(
-    ("module", "place", "kind"),
-    [
-        ("propose", "proposer", PromptedWriter),
-        ("remove", "remover", PromptedWriter),
-        ("plan", "planner", PromptedPlanner),
-        ("query", "asker", PromptedWriter),
-    ],
-)
-def test_each_module_alone_can_be_done_by_prompts(module, place: str, kind: type) -> None:
-    found = toolkit_of(WordModel(), [module])
-    prompted = (PromptedWriter, PromptedPlanner)
-    places = ("proposer", "remover", "planner", "asker")
-    assert [each for each in places if isinstance(getattr(found, each), prompted)] == [place]
-    assert isinstance(getattr(found, place), kind)
-
-
 def test_modules_are_named() -> None:
     assert modules_named(["plan", "remove", "plan"]) == ("plan", "remove")
     assert modules_named(["all"]) == MODULES

@@ -1,6 +1,5 @@
 """How readings are scored, and what the corpus must be."""
 
-import json
 from pathlib import Path
 
 import pytest
@@ -11,11 +10,9 @@ from goalscope.envs.house import HomeRobot
 from goalscope.experiment.reading_scores import (
     Language,
     Line,
-    line_to_json,
     read_corpus,
     read_languages,
     read_lines,
-    read_rows,
     score,
 )
 from goalscope.language.orders import Order, orders_from_text, orders_to_text, words_of
@@ -78,13 +75,6 @@ def test_what_was_not_read_is_wrong_even_where_nothing_was_to_be_read():
     assert (found.exact, found.unread) == (0, 1)
 
 
-def test_a_line_reads_back(tmp_path):
-    line = Line("kim-1", "grocery", ("hello",), "What else?", "milk", (MILK, EGGS))
-    file = tmp_path / "kim.jsonl"
-    file.write_text(json.dumps(line_to_json(line)) + "\n")
-    assert read_corpus(file) == [line]
-
-
 @pytest.mark.parametrize(
     ("text", "told"),
     [
@@ -100,11 +90,6 @@ def test_a_wrong_line_is_named(tmp_path, text, told):
     file.write_text(text)
     with pytest.raises(InvalidInputError, match=told):
         read_corpus(file)
-
-
-def test_no_file_is_told(tmp_path):
-    with pytest.raises(InvalidInputError, match="no corpus"):
-        read_corpus(tmp_path / "none.jsonl")
 
 
 def test_earlier_messages_are_read_as_they_would_have_been():
@@ -183,10 +168,3 @@ def test_every_order_of_the_corpus_is_canonical():
         for line in lines:
             verbs = LANGUAGES[line.domain].verbs
             assert len(orders_from_text(orders_to_text(line.orders), verbs)) == len(line.orders)
-
-
-def test_a_row_that_says_a_thing_twice_is_refused(tmp_path) -> None:
-    corpus = tmp_path / "corpus.jsonl"
-    corpus.write_text('{"message": "Milk.", "message": "Bread.", "orders": []}\n', encoding="utf-8")
-    with pytest.raises(InvalidInputError, match=r"corpus.jsonl, line 1: the key 'message' stands"):
-        read_rows(corpus, lambda row, number: [row])

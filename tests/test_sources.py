@@ -76,22 +76,13 @@ def test_true_goals_of_what_stands_before_are_no_wrong_goals(tmp_path: Path) -> 
     assert [each.goals for each in one] == [*[GOALS] * 6, (Goal("Buy  MILK!"), GOALS[1])]
 
 
-def test_a_dialogue_without_a_wrong_goal_left_is_left_out(tmp_path: Path) -> None:
-    file = rows_file(tmp_path / "own.jsonl", "abc", goals=["Buy  MILK!", "buy rice"], true=1)
-    assert ids(read_source(f"{file}[1:]", None)) == ["c1"]
-    assert "leaves no dialogues" in refused(lambda: read_source(f"{file}[2:]", None))
-    assert ids(read_source(str(file), None)) == ["c0", "c1", "c2"]
-
-
 @pytest.mark.parametrize(
     ("name", "said"),
     [
         ("", "is not a file or dataset"),
-        ("nowhere", "'nowhere' is neither a file whose name ends in .jsonl nor a dataset; "),
         ("teech:train", "did you mean 'teach'?"),
         ("own.jsonl[2]", "expected a slice [FROM:TO], counted from 0"),
         ("teach:night", "no split 'night'"),
-        ("teach:train", "there is no file"),
         ("none.jsonl", "cannot be read"),
         ("own.jsonl[3:]", "leaves no dialogues"),
     ],
@@ -130,6 +121,9 @@ def test_the_seed_alone_parts_them() -> None:
     assert parted(sources(), validation=4, seed=1) == first
     assert parted(sources(), validation=4, seed=2) != first
     assert parted(sources()[::-1], validation=4, seed=1)[0] == first[0][::-1]
+    lone = Source("lone.jsonl", [replace(case(n), group="a") for n in range(9)], "3")
+    message = refused(lambda: parted([*sources(), lone], validation=9, seed=1))
+    assert "All dialogues of lone.jsonl are in one group" in message
 
 
 def test_a_dialogue_validates_once_with_either_of_its_goal_sets() -> None:
@@ -140,12 +134,6 @@ def test_a_dialogue_validates_once_with_either_of_its_goal_sets() -> None:
     assert {len(each.goals) for each in validation} == {3, 6}
     assert len(train[0]) == 40
     assert not groups_of(train[0]) & groups_of(validation)
-
-
-def test_a_single_group_is_refused() -> None:
-    lone = Source("lone.jsonl", [replace(case(n), group="a") for n in range(9)], "3")
-    message = refused(lambda: parted([*sources(), lone], validation=9, seed=1))
-    assert "All dialogues of lone.jsonl are in one group" in message
 
 
 def test_overlapping_parts_of_a_file_do_not_validate_what_the_other_teaches() -> None:

@@ -5,7 +5,6 @@ from __future__ import annotations
 import json
 from dataclasses import asdict
 
-import numpy as np
 import pytest
 
 from fakes import GOALS, LampRoom, WordModel, plans
@@ -13,7 +12,6 @@ from goalscope.agent.agent import Agent, K
 from goalscope.agent.planner import Outcome
 from goalscope.agent.settings import Settings, settings_of
 from goalscope.base.types import Goal, InvalidInputError, UnreadableAnswerError
-from goalscope.belief.calibration import PAPER
 from goalscope.storage.session import Session
 from goalscope.storage.store import Store
 from lamps import RANKS, REPLIES, agent_in
@@ -76,17 +74,6 @@ def test_an_error_leaves_the_belief_as_it_was() -> None:
     assert (agent.belief, agent.env.state().text, len(agent.turns)) == (before, on, 1)
 
     assert len(agent.tracker.turns) == 1
-
-
-def test_an_agent_takes_a_likelihood_of_ones_own() -> None:
-    class Flat:
-        calibration = PAPER
-
-        def log_likelihood(self, task, goals, turns, *, since=0):
-            return np.zeros((len(turns) - since, len(goals)))
-
-    round = agent_in(LampRoom(), likelihood=Flat()).step("", "lamp light please")
-    assert round.belief.log_likelihood.shape == (1, len(round.belief.goals))
 
 
 @pytest.mark.parametrize("k", [0, 1.5, None])

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import zlib
 from collections.abc import Callable, Sequence
-from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -19,10 +18,8 @@ from goalscope.envs import Environment
 from goalscope.envs.grocery import Catalogue, GroceryShop
 from goalscope.envs.grocery.catalogue import Item
 from goalscope.envs.house import HomeRobot, HouseController
-from goalscope.experiment.fit_calibration import fit_calibration
 from goalscope.language.orders import Order, Reading
 from shops import SMALL, SMALL_SEARCH
-from test_calibrating import believed, some
 
 WANTED = (
     "bake a cake", "wash the car", "cook tomato soup", "buy the basket", "have a party",
@@ -114,40 +111,3 @@ def test_where_unspecified_is_all_there_is_only_what_the_words_call_for_is_guess
         outcome = planned(agent, words)
         assert [*shop.basket] == added
         assert [(each.target, each.goal) for each in outcome.guessed] == [(n, "") for n in added]
-
-
-def test_conformal_sets_cover_as_often_as_they_say_in_new_dialogues(
-    record_property: Callable[[str, object], None],
-) -> None:
-    """Marginally: over all dialogues and turns drawn at random, not for each kind of person."""
-    stats = pytest.importorskip("scipy.stats")
-    n = new = 600
-    made = fit_calibration(some(n, factor=2.0, turns=3))
-    people, rng = some(new, seed=8, factor=2.0, turns=3), np.random.default_rng(8)
-    figures: list[str] = []
-    for eps in (0.05, 0.1, 0.2):
-        covered, asks = [0, 0], [0, 0]
-        for each in people:
-            turn = int(rng.integers(len(each.goals)))
-            wrong = [i for i in range(each.goals.shape[1]) if i != each.truth]
-            for absent, out in enumerate((int(rng.choice(wrong)), each.truth)):
-                belief = believed(each, out, made)
-                then = replace(belief, log_likelihood=belief.log_likelihood[: turn + 1])
-                true = UNSPECIFIED if absent else Goal(f"goal {each.truth}")
-                held = then.conformal_set(eps)
-                covered[absent] += true in held
-                asks[absent] += len(held) > 1 or UNSPECIFIED in held
-        k = int(eps * (n + 1))
-        low, high = stats.betabinom.ppf([0.01, 0.99], new, n + 1 - k, k)
-        assert low <= min(covered) <= high
-        assert max(covered) >= low
-        present, absent = (f"{100 * each / new:.1f} %" for each in covered)
-        help_rate = "/".join(f"{100 * each / new:.0f} %" for each in asks)
-        figures.append(
-            f"eps {eps:g}: {present} and {absent} [{100 * low / new:.1f}, {100 * high / new:.1f}], "
-            f"help in {help_rate}"
-        )
-    record_property(
-        "measured",
-        f"{new} dialogues, goal there and missing (marginal only): " + "; ".join(figures),
-    )
