@@ -15,7 +15,7 @@ from fakes import WordModel
 from goalscope.agent.agent import Agent
 from goalscope.base.types import Action, StepResult
 from goalscope.envs.grocery import Catalogue, GroceryShop, Item
-from goalscope.envs.grocery.dietary import bounds_of, labelled_in, verdict
+from goalscope.envs.grocery.dietary import bounds_of, verdict
 from goalscope.envs.grocery.diets import DIETS, read_label
 from goalscope.envs.grocery.natures import nature
 from goalscope.language.orders import Order
@@ -203,13 +203,14 @@ def test_foods_are_hardly_ever_taken_for_other_things(record_property) -> None:
 
 
 def test_a_catalogue_of_labels_makes_what_lacks_a_mere_label_unfit() -> None:
-    items = Catalogue([Item(1, "Bio Eggs", tags=frozenset(["organic"])), Item(2, "Apples")])
-    bounds = bounds_of(state_after("only organic | why diet"), labelled_in(items))
-    assert [bounds.permits(item) for item in items.items] == [True, False]
-    assert not bounds.unknown(items.items)
-    bare = bounds_of(state_after("only organic | why diet"), frozenset())
-    assert bare.permits(items.items[1])
-    assert bare.unknown(items.items) == "Not known to be organic: Apples."
+    standing = state_after("only organic | why diet")
+    eggs, apples = Item(1, "Bio Eggs", tags=frozenset(["organic"])), Item(2, "Apples")
+    bounds = bounds_of(standing, Catalogue([eggs, apples]))
+    assert [bool(bounds.against(item)) for item in (eggs, apples)] == [False, True]
+    assert not bounds.unknown([eggs, apples])
+    bare = bounds_of(standing, Catalogue([apples]))
+    assert not bare.against(apples)
+    assert bare.unknown([apples]) == "Not known to be organic: Apples."
 
 
 LIMITS: Mapping[str, str] = {

@@ -14,7 +14,7 @@ from hypothesis import strategies as st
 from goalscope.base.types import Action, Profile
 from goalscope.envs.check import check_env
 from goalscope.envs.grocery import Catalogue, GroceryShop, Item, load_profiles
-from goalscope.envs.grocery.choosing import packages
+from goalscope.envs.grocery.quantities import packages
 from goalscope.envs.grocery.search import Search
 from goalscope.language.dialogue_state import DialogueState
 from goalscope.language.orders import Order

@@ -94,6 +94,7 @@ class Catalogue:
     Attributes:
         items: All items.
         currency: Symbol or code to print before a price.
+        tags: All tags of the items.
         notes: Notes on what was adapted while loading, one sentence each.
     """
 
@@ -108,6 +109,7 @@ class Catalogue:
         self.items = tuple(items)
         self.currency = currency
         self.notes = tuple(notes)
+        self.tags = frozenset(tag for item in self.items for tag in item.tags)
         if not self.items:
             raise InvalidInputError("The catalogue has no items. Add at least one row with a name.")
         self._by_name = {item.name: item for item in self.items}

@@ -18,28 +18,17 @@ from goalscope.envs.grocery.catalogue import Catalogue, Item
 from goalscope.envs.grocery.diets import (
     DIETS,
     Claims,
+    diet_named,
     finder,
     folded,
-    implying,
-    is_label,
     is_plain,
     phrases,
     read_label,
 )
 from goalscope.envs.grocery.natures import is_made, nature
+from goalscope.language.amounts import same_currency
 from goalscope.language.dialogue_state import GRAVE, DialogueState
 from goalscope.language.orders import Order
-
-__all__ = [
-    "Bounds",
-    "Verdict",
-    "bounds_of",
-    "diets_of",
-    "labelled",
-    "labelled_in",
-    "refusal",
-    "verdict",
-]
 
 Verdict = Literal["fits", "unknown", "violates"]
 
@@ -55,15 +44,10 @@ _NAMED = 5
 """Items that are named at most as not known to fit."""
 
 
+@lru_cache(maxsize=65536)
 def labelled(item: Item) -> frozenset[str]:
     """The restrictions of `DIETS` that the labels of an item or its name claim."""
     return _claims(item).fits | read_label(item.name, is_name=True).fits
-
-
-def labelled_in(catalogue: Catalogue) -> frozenset[str]:
-    """The restrictions that labels of a catalogue claim."""
-    tags = {tag for item in catalogue.items for tag in item.tags}
-    return frozenset[str]().union(*(read_label(tag).fits for tag in tags))
 
 
 @lru_cache(maxsize=65536)
@@ -84,7 +68,7 @@ def verdict(item: Item, restriction: str, *, is_labelled: bool = False) -> Verdi
         KeyError: `DIETS` has no such restriction.
     """
     diet = DIETS[restriction]
-    claims, either = _claims(item), {restriction, *implying(restriction)}
+    claims, either = _claims(item), {restriction, *diet.implied}
     if restriction in claims.violates:
         return "violates"
     if claims.fits & either:
@@ -93,7 +77,7 @@ def verdict(item: Item, restriction: str, *, is_labelled: bool = False) -> Verdi
         return "violates"
     name = finder(diet.saving).sub("|", " ".join(folded(item.name)))
     of_aisle = read_label(item.category)
-    if finder(diet.harmless).search(name) or (is_label(item.category) and of_aisle.fits & either):
+    if finder(diet.harmless).search(name) or (diet_named(item.category) and of_aisle.fits & either):
         return "fits"
     if not diet.violating:
         return "violates" if is_labelled else "unknown"
@@ -151,13 +135,10 @@ class Bounds:
     grave: frozenset[str] = frozenset()
     labelled: frozenset[str] = frozenset()
 
-    def permits(self, item: Item) -> bool:
-        """Whether no bound of the whole basket rules out an item."""
-        return not self.against(item)
-
     def suits(self, item: Item) -> bool:
         """Whether no bound at all rules out an item."""
-        return self.permits(item) and all(self._judged(item, d) != "violates" for d in self.some)
+        broken = (d for d in self.some if self._judged(item, d) == "violates")
+        return not self.against(item) and not any(broken)
 
     def surely_suits(self, item: Item) -> bool:
         """Whether no bound at all rules out an item, and it is known to fit the grave ones."""
@@ -206,8 +187,8 @@ def _listed(names: Sequence[str]) -> str:
     return ", ".join(names[:_NAMED]) + more
 
 
-def bounds_of(dialogue: DialogueState, labelled: frozenset[str] = frozenset()) -> Bounds:
-    """The bounds that the limits of a dialogue come to in a shop that labels some restrictions."""
+def bounds_of(dialogue: DialogueState, catalogue: Catalogue) -> Bounds:
+    """The bounds that the limits of a dialogue come to in the shop of a catalogue."""
     diets, some, grave = set[str](), set[str](), set[str]()
     refused: list[str] = []
     for limit in dialogue.limits:
@@ -220,15 +201,28 @@ def bounds_of(dialogue: DialogueState, labelled: frozenset[str] = frozenset()) -
             refused.append(refusal(limit))
             bound.add(refused[-1])
         grave.update(bound if limit.why in GRAVE else ())
+    labels = [read_label(tag).fits for tag in catalogue.tags if dialogue.limits]
     budget = dialogue.budget
-    most = None if budget is None or budget.quantity is None else Decimal(str(budget.quantity))
+    binds = budget and not unset_budget(budget, catalogue.currency)
     return Bounds(
         frozenset(diets),
         frozenset(some - diets),
         tuple(filter(None, refused)),
-        most,
+        Decimal(str(budget.quantity)) if budget and binds else None,
         frozenset(grave),
-        labelled,
+        frozenset[str]().union(*labels),
+    )
+
+
+def unset_budget(budget: Order, currency: str) -> str:
+    """Why a budget sets no limit to prices in a currency; "" if it does."""
+    if budget.quantity is None:
+        return "I did not understand how much it may cost. Please say the sum in figures."
+    if not budget.unit or same_currency(budget.unit, currency):
+        return ""
+    return (
+        f'The prices here are in {currency}, so "{budget.quantity:g} {budget.unit}" sets no '
+        f"limit. Please say the most that it may cost in {currency}."
     )
 
 

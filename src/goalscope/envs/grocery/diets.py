@@ -12,20 +12,6 @@ from importlib.resources import files
 
 from goalscope.base.nouns import singulars
 
-__all__ = [
-    "DIETS",
-    "Claims",
-    "Diet",
-    "diet_named",
-    "finder",
-    "folded",
-    "implying",
-    "is_label",
-    "is_plain",
-    "phrases",
-    "read_label",
-]
-
 _LETTERS = str.maketrans({"ß": "ss", "æ": "ae", "œ": "oe", "ø": "o", "ł": "l", "đ": "d"})
 _FREE = re.compile(r"(?<=\w{3})(?:free|frei)\b", re.IGNORECASE)
 _BETWEEN = re.compile(r"[,;|]")
@@ -47,11 +33,11 @@ class Diet:
         refused: What a person who follows it refuses, as in "no wheat".
         allergens: What else an allergy names it by, as in "allergic to almonds".
         named: Other names of the diet, and of those who follow it.
-        labels: Further names of it on labels.
+        labels: All names of it on labels, its own and these among them.
         absent: What a label may say is not in an item that fits, as in "no nuts".
         saving: Phrases to pass over before looking for the others.
         known: Names of things that fit, besides the plain ones (see `is_plain`).
-        implied: Other restrictions: what fits one of them fits this.
+        implied: Other restrictions: what fits one of them fits this, as vegan is dairy-free.
         guessed: The stricter restriction that guesses keep to.
     """
 
@@ -64,7 +50,7 @@ class Diet:
     absent: str = ""
     saving: str = ""
     known: str = ""
-    implied: str = ""
+    implied: frozenset[str] = frozenset()
     guessed: str = ""
 
 
@@ -118,10 +104,13 @@ def _read_diets() -> dict[str, Diet]:
     lists: dict[str, str] = {}
     for name, listed in _TABLES["lists"].items():
         lists[name] = listed.format(**lists)
-    return {
-        name: Diet(**{key: listed.format(**lists) for key, listed in table.items()})
-        for name, table in _TABLES["diets"].items()
-    }
+    diets: dict[str, Diet] = {}
+    for name, table in _TABLES["diets"].items():
+        given: dict[str, str] = {key: text.format(**lists) for key, text in table.items()}
+        implied = frozenset(filter(None, given.pop("implied", "").split(", ")))
+        labels = ", ".join((name, given.get("named", ""), given.get("labels", "")))
+        diets[name] = Diet(**{**given, "labels": labels}, implied=implied)
+    return diets
 
 
 DIETS = _read_diets()
@@ -137,6 +126,7 @@ _APART = _TABLES["labels"]["apart"]
 _OFFERS = frozenset({"option"})  # which is to be had, perhaps of another item
 _SMALL = _LACKING | _PRESENT | _FILL
 _ABSENT = ",".join(diet.absent for diet in DIETS.values() if diet.absent)
+_CLAIMS = ",".join((*(diet.labels for diet in DIETS.values()), _ABSENT))
 
 
 @lru_cache(maxsize=65536)
@@ -169,42 +159,23 @@ def read_label(text: str, *, is_name: bool = False) -> Claims:
         leading = polarity.intersection(said[:1]) or leading
         said = [*(() if polarity else leading), *said]
         claims |= _read(said, is_sure="?" not in part, is_name=is_name)
-    return Claims(claims.fits, _with_stricter(claims.violates), _with_stricter(claims.hints))
-
-
-def is_label(text: str) -> bool:
-    """Whether a text is nothing but the name of a restriction, as that of an aisle may be."""
-    return bool(diet_named(text))
+    violates, hints = (
+        names.union(*(DIETS[name].implied for name in names))  # not dairy-free, hence not vegan
+        for names in (claims.violates, claims.hints)
+    )
+    return Claims(claims.fits, violates, hints)
 
 
 def diet_named(text: str) -> str:
     """The restriction of which a text is nothing but a name; "" if it is none."""
     bare = " ".join(word for word in folded(text) if word not in _FILL)
-    names = (name for name, diet in DIETS.items() if bare in phrases(_names_of(name, diet)))
-    return next(names, "")
-
-
-def _names_of(name: str, diet: Diet) -> str:
-    return f"{name}, {diet.named}, {diet.labels}"
-
-
-def implying(restriction: str) -> list[str]:
-    """The restrictions of which each implies this one, as vegan implies dairy-free."""
-    return [name.strip() for name in DIETS[restriction].implied.split(",") if name.strip()]
-
-
-_NAMES = ",".join(_names_of(name, diet) for name, diet in DIETS.items())
-
-
-def _with_stricter(names: frozenset[str]) -> frozenset[str]:
-    """What an item violates that violates these: not dairy-free, hence not vegan."""
-    return names.union(*map(implying, names))
+    return next((name for name, diet in DIETS.items() if bare in phrases(diet.labels)), "")
 
 
 def _read(said: Sequence[str], *, is_sure: bool, is_name: bool) -> Claims:
     """What one part of a label says."""
     text = finder(_APART).sub("", " ".join(said)).strip()
-    rest = finder(f"{_NAMES}, {_ABSENT}").sub(" ", text).split()
+    rest = finder(_CLAIMS).sub(" ", text).split()
     others = [word for word in rest if word not in _FILL | {"free"} or word in _OFFERS]
     is_alone = is_name or (is_sure and all(word.isdigit() for word in others))
     bare = " ".join(word for word in said if word not in _SMALL and not word.isdigit())
@@ -214,7 +185,7 @@ def _read(said: Sequence[str], *, is_sure: bool, is_name: bool) -> Claims:
     for name, diet in DIETS.items():
         ruled_out = f"{diet.refused}, {diet.allergens}"
         saved = finder(diet.saving).sub("|", text)
-        if own := finder(_names_of(name, diet)).search(saved):
+        if own := finder(diet.labels).search(saved):
             before = [word for word in saved[: own.start()].split() if word not in _FILL]
             after = [word for word in saved[own.end() :].split() if word not in _FILL]
             if _NOT.intersection(before[-1:]) or (not is_name and _NOT.intersection(after[:1])):

@@ -5,7 +5,7 @@ from __future__ import annotations
 import sqlite3
 import tomllib
 from collections import Counter, defaultdict
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Iterable, Iterator
 from functools import cached_property
 from importlib.resources import files
 
@@ -16,8 +16,6 @@ from goalscope.base.nouns import head_nouns, head_words, singular, singulars, wo
 from goalscope.envs.grocery.catalogue import Catalogue, Item
 from goalscope.language.matcher import mended
 from goalscope.models.embedding import embedded
-
-__all__ = ["WORDS", "Search"]
 
 WORDS = tomllib.loads(
     (files("goalscope.envs.grocery") / "data" / "words.toml").read_text(encoding="utf-8")
@@ -43,7 +41,7 @@ _MOST_KINDS = 800
 
 _QUALITIES = frozenset(WORDS["qualities"].split())
 _EMPTY = frozenset(WORDS["empty"].split())
-_LABELS = frozenset(WORDS["labels"].split())
+LABELS = frozenset(WORDS["labels"].split())
 
 
 class Search:
@@ -53,36 +51,63 @@ class Search:
     """
 
     def __init__(self, catalogue: Catalogue) -> None:
-        self._catalogue = catalogue
+        self._items = catalogue.items
 
     def search(self, text: str, limit: int) -> list[Item]:
         """The items nearest in meaning to `text`, best first, at most `limit`."""
-        query = singulars(text)
-        if not query or limit < 1:
+        said = singulars(text)
+        if not said or limit < 1:
             return []
-        nearness = _nearness(self._vectors, embedded([text])[0])
-        near = _top(nearness, _DEPTH)
+        nearness = _nearness(self._vectors, text)
+        terms = " OR ".join(f'"{word}"' for word in dict.fromkeys(words(text)[:32]))
+        matches = self._index.execute(
+            "SELECT rowid FROM names WHERE names MATCH ? AND rank MATCH 'bm25(1.0, 0.3)' "
+            "ORDER BY rank LIMIT ?",
+            (terms, _DEPTH),
+        )
+        headed = sorted(  # items that are what the last word says, best covered by the words first
+            (sum(word not in self._words[i] for word in said), -float(nearness[i]), i)
+            for i in self._heads.get(said[-1], ())
+        )
+        rankings = ([i for (i,) in matches], _top(nearness), [i for *_, i in headed])
         scores: defaultdict[int, float] = defaultdict(float)
-        for ranking in (self._by_words(text), near, self._by_head(query, nearness)):
-            for place, index in enumerate(ranking, start=1):
+        for ranking in rankings:
+            for place, index in enumerate(ranking[:_DEPTH], start=1):
                 scores[index] += 1 / (_RANK_OFFSET + place)
-        items = self._catalogue.items
         best = sorted(scores, key=lambda i: (-scores[i], i))[:20]
         shares: defaultdict[str, float] = defaultdict(float)
         whole = sum(scores[i] for i in best)
         for index in best:
-            shares[items[index].category] += scores[index] / whole
+            shares[self._items[index].category] += scores[index] / whole
         for index in scores:
-            scores[index] += _CATEGORY_WEIGHT * shares[items[index].category]
-        return [items[i] for i in sorted(scores, key=lambda i: (-scores[i], i))[:limit]]
+            scores[index] += _CATEGORY_WEIGHT * shares[self._items[index].category]
+        return [self._items[i] for i in sorted(scores, key=lambda i: (-scores[i], i))[:limit]]
+
+    def spellings(self, phrase: str) -> Iterator[str]:
+        """`phrase` as said, then in the shop's words; last, what a bottle of it holds.
+
+        In the shop's words, it is first as it is, then without words that name nothing, then with
+        slips of the pen mended.
+        """
+        yield phrase
+        found, rest = list[str](), phrase
+        while rest:
+            said = self.translated(rest)
+            right = self.translated(" ".join(mended(rest, self._holding)))
+            found += [said, *(self.translated(self.pruned(text)) for text in (said, right))]
+            rest = rest.partition(" of ")[2]
+        yield from dict.fromkeys(text for text in found if text != phrase)
 
     def translated(self, text: str) -> str:
         """`text` in the words of the catalogue: "crisps" as "potato chips"."""
-        return self._translate(text)
-
-    def mended(self, phrase: str) -> str:
-        """`phrase` in the singular, slips of the pen mended by words of the items' names."""
-        return " ".join(mended(phrase, self._holding))
+        longest = max(map(len, self._synonyms), default=0)
+        rest, said = singulars(text), list[str]()
+        while rest:
+            sizes = range(min(longest, len(rest)), 0, -1)
+            size = next((size for size in sizes if (*rest[:size],) in self._synonyms), 0)
+            said.append(self._synonyms[(*rest[:size],)] if size else rest[0])
+            rest = rest[size or 1 :]
+        return " ".join(said)
 
     def pruned(self, phrase: str) -> str:
         """`phrase` without words that name nothing: "real parmesan", "salt n vinegar"."""
@@ -96,7 +121,7 @@ class Search:
         common = self._holding.get(said[0], set[int]()) if said else set[int]()
         for word in said[1:]:
             common = common & self._holding.get(word, set[int]())
-        return [self._catalogue.items[place] for place in sorted(common)]
+        return [self._items[place] for place in sorted(common)]
 
     def ending(self, phrase: str) -> list[Item]:
         """Items with whose whole name `phrase` ends: "white granulated sugar".
@@ -105,19 +130,15 @@ class Search:
         "unicorn steak". No word of a label does, since "vegan" is meant where it is said.
         """
         said = singulars(phrase)
-        items = [self._catalogue.items[i] for i in self._heads.get(said[-1], ())] if said else []
+        items = [self._items[i] for i in self._heads.get(said[-1], ())] if said else []
         sizes = {item: len(singulars(item.name)) for item in items}
         return [
             item
             for item, size in sizes.items()
             if said[-size:] == singulars(item.name)
             and (size > 1 or {*said[:-1]} <= _QUALITIES)
-            and not {*said[:-size]} & _LABELS
+            and not {*said[:-size]} & LABELS
         ]
-
-    def labels(self, item: Item, phrase: str) -> int:
-        """How many words of the item's name, and not of `phrase`, label it for a diet."""
-        return len(_LABELS & {*singulars(item.name)} - {*singulars(phrase)})
 
     def plainness(self, item: Item, phrase: str) -> tuple[int, int, int, int]:
         """How plainly the item is `phrase`, the plainest least.
@@ -127,8 +148,7 @@ class Search:
         """
         others = set(singulars(item.name)) - set(singulars(phrase))
         things = sum(word in self._heads for word in others)
-        labels = self.labels(item, phrase)
-        return labels, things, len(words(item.name)), len(others - _QUALITIES)
+        return len(others & LABELS), things, len(words(item.name)), len(others - _QUALITIES)
 
     def kinds(self, text: str, limit: int) -> list[str]:
         """Generic names such as "flour" that may serve `text`, nearest first.
@@ -138,35 +158,23 @@ class Search:
         names, vectors = self._kinds
         if not names or not words(text) or limit < 1:
             return []
-        meant = embedded([text])[0]
-        nearness = _nearness(vectors, meant)
-        return [names[i] for i in _top(nearness, limit)]
-
-    def _by_words(self, text: str) -> list[int]:
-        terms = " OR ".join(f'"{word}"' for word in dict.fromkeys(words(text)[:32]))
-        rows = self._index.execute(
-            "SELECT rowid FROM names WHERE names MATCH ? AND rank MATCH 'bm25(1.0, 0.3)' "
-            "ORDER BY rank LIMIT ?",
-            (terms, _DEPTH),
-        )
-        return [row[0] for row in rows]
-
-    def _by_head(self, query: Sequence[str], nearness: _Vectors) -> list[int]:
-        """Items that are what the query's last word says, best covered by the query first."""
-
-        def order(index: int) -> tuple[int, float, int]:
-            missing = sum(word not in self._words[index] for word in query)
-            return missing, -float(nearness[index]), index
-
-        return sorted(self._heads.get(query[-1], ()), key=order)[:_DEPTH]
+        return [names[i] for i in _top(_nearness(vectors, text))[:limit]]
 
     @cached_property
-    def _translate(self) -> Callable[[str], str]:
-        return _translator(lambda name: bool(self.named(name)))
+    def _synonyms(self) -> dict[tuple[str, ...], str]:
+        """For each name of which the shop has nothing, another one of which it has something."""
+        known: dict[tuple[str, ...], str] = {}
+        for line in WORDS["same"]:
+            names = line.split(", ")
+            there = next((name for name in reversed(names) if self.named(name)), "")
+            known |= {
+                (*singulars(name),): there for name in names if there and not self.named(name)
+            }
+        return known
 
     @cached_property
     def _words(self) -> list[frozenset[str]]:
-        return [frozenset(singulars(item.name)) for item in self._catalogue.items]
+        return [frozenset(singulars(item.name)) for item in self._items]
 
     @cached_property
     def _holding(self) -> dict[str, set[int]]:
@@ -181,7 +189,7 @@ class Search:
     def _heads(self) -> dict[str, list[int]]:
         """For each head noun, the places of the items that may be it."""
         heads: defaultdict[str, list[int]] = defaultdict(list)
-        for index, item in enumerate(self._catalogue.items):
+        for index, item in enumerate(self._items):
             for part in dict.fromkeys(singular(w) for w in head_nouns(item.name)):
                 heads[part].append(index)
         return dict(heads)
@@ -192,7 +200,7 @@ class Search:
         counts: Counter[str] = Counter()
         spelled: defaultdict[str, Counter[str]] = defaultdict(Counter)
         categories: defaultdict[str, Counter[str]] = defaultdict(Counter)
-        for item in self._catalogue.items:
+        for item in self._items:
             for phrase in _endings(item.name):
                 kind = " ".join(singular(word) for word in phrase.split())
                 counts[kind] += 1
@@ -211,7 +219,7 @@ class Search:
         index.execute("CREATE VIRTUAL TABLE names USING fts5(name, category, tokenize='porter')")
         index.executemany(
             "INSERT INTO names (rowid, name, category) VALUES (?, ?, ?)",
-            ((i, item.name, item.category) for i, item in enumerate(self._catalogue.items)),
+            ((i, item.name, item.category) for i, item in enumerate(self._items)),
         )
         index.commit()
         return index
@@ -219,34 +227,7 @@ class Search:
     @cached_property
     def _vectors(self) -> _Vectors:
         """float32, items x 256, each row of length one."""
-        return embedded([item.name for item in self._catalogue.items])
-
-
-def _translator(has: Callable[[str], bool]) -> Callable[[str], str]:
-    """A function that says in the shop's words what people say in theirs.
-
-    A name is changed where the shop has nothing by it, and has something by another one.
-
-    Args:
-        has: Whether the shop has anything by a name.
-    """
-    known: dict[tuple[str, ...], str] = {}
-    for line in WORDS["same"]:
-        names = line.split(", ")
-        there = next((name for name in reversed(names) if has(name)), "")
-        known |= {(*singulars(name),): there for name in names if there and not has(name)}
-    longest = max(map(len, known), default=0)
-
-    def translate(text: str) -> str:
-        rest, said = singulars(text), list[str]()
-        while rest:
-            sizes = range(min(longest, len(rest)), 0, -1)
-            size = next((size for size in sizes if (*rest[:size],) in known), 0)
-            said.append(known[(*rest[:size],)] if size else rest[0])
-            rest = rest[size or 1 :]
-        return " ".join(said)
-
-    return translate
+        return embedded([item.name for item in self._items])
 
 
 def _endings(name: str) -> Iterable[str]:
@@ -258,14 +239,11 @@ def _endings(name: str) -> Iterable[str]:
             yield f"{head[-2]} {head[-1]}"
 
 
-def _nearness(vectors: _Vectors, vector: _Vectors) -> _Vectors:
+def _nearness(vectors: _Vectors, text: str) -> _Vectors:
     """Cosines; without BLAS, whose threads cost more than they save where cores are busy."""
-    return np.einsum("ij,j->i", vectors, vector)
+    return np.einsum("ij,j->i", vectors, embedded([text])[0])
 
 
-def _top(values: _Vectors, limit: int) -> list[int]:
-    """Places of the largest values, largest first; equal values in their order."""
-    limit = min(limit, len(values))
-    edge = np.partition(values, -limit)[-limit]
-    places = np.flatnonzero(values >= edge)
-    return [int(i) for i in places[np.argsort(-values[places], kind="stable")][:limit]]
+def _top(values: _Vectors) -> list[int]:
+    """Places of the values, the largest first; of equal values, the first."""
+    return np.argsort(-values, kind="stable").tolist()
