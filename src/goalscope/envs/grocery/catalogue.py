@@ -10,6 +10,7 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from decimal import Decimal
 from importlib.resources import files
+from itertools import chain, count
 from pathlib import Path
 
 from goalscope.base.text import plain, without_invisible
@@ -27,11 +28,8 @@ from goalscope.language.amounts import (
     value_of,
 )
 
-_LONGEST = 120
-"""Maximum length of a name, a category, a unit or a tag."""
-
-_QUOTED = 30
-"""Characters of a price that a note quotes, and of a currency."""
+_LONGEST = 120  # characters of a name, a category, a unit or a tag
+_QUOTED = 30  # characters of a price that a note quotes, and of a currency
 
 _COLUMNS: Mapping[str, tuple[str, ...]] = {
     "name": ("name", "product name", "product", "title", "product title", "item", "item name"),
@@ -159,32 +157,32 @@ class Catalogue:
             raise InvalidInputError(
                 f"Cannot read the catalogue {label}: {error.strerror or error}. Name a CSV file."
             ) from None
-        text = _decoded(raw, label)
-        rows, again = _rows(text, label), _rows(text, label)
+        rows = _rows(raw, label)
         where = _placed(next(rows, list[str]()), columns or {}, label)
-        next(again)
-        return _collected(rows, where, _prices(again, where), label)
-
-
-def _decoded(raw: bytes, label: str) -> str:
-    if b"\0" in raw:
-        raise InvalidInputError(
-            f"The catalogue {label} has a NUL byte at position {raw.index(0)}: it is not a "
-            "text file, or is UTF-16. Save it as CSV in UTF-8."
+        cells = (
+            {column: _clean(row[i]) if i < len(row) else "" for column, i in where.items()}
+            for row in rows
+            if any(map(str.strip, row))
         )
+        return _collected(list(cells), label)
+
+
+def _rows(raw: bytes, label: str) -> Iterator[list[str]]:
+    """The rows of a catalogue, its headings first."""
     try:
-        return raw.decode("utf-8-sig")
+        text = raw.decode("utf-8-sig")
     except UnicodeDecodeError as error:
         line = raw.count(b"\n", 0, error.start) + 1
         raise InvalidInputError(
             f"The catalogue {label} is not UTF-8: byte {raw[error.start]:#04x} in line {line}. "
             'Save it as UTF-8 (in a spreadsheet: "CSV UTF-8").'
         ) from None
-
-
-def _rows(text: str, label: str) -> Iterator[list[str]]:
-    """The rows of a catalogue, its headings first."""
     heading = text.partition("\n")[0]
+    if "\0" in text:
+        raise InvalidInputError(
+            f"The catalogue {label} has a NUL byte at position {raw.index(0)}: it is not a "
+            "text file, or is UTF-16. Save it as CSV in UTF-8."
+        )
     reader = csv.reader(io.StringIO(text, newline=""), delimiter=max(",;\t", key=heading.count))
     try:
         yield from reader
@@ -232,88 +230,77 @@ def _placed(headings: list[str], columns: Mapping[str, str], label: str) -> dict
     return where
 
 
-def _collected(
-    rows: Iterable[list[str]], where: Mapping[str, int], prices: _Prices, label: str
-) -> Catalogue:
-    items: list[Item] = []
-    taken: set[str] = set()
-    nameless = renamed = 0
-    for row in rows:
-        cells = {c: _clean(row[i]) if i < len(row) else "" for c, i in where.items()}
-        if not cells["name"]:
-            nameless += any(cell.strip() for cell in row)
-            continue
-        unit, cost = cells.get("unit", ""), prices.amounts[_paid(row, where)]
-        name = _unique(cells["name"], (unit, cells.get("brand", "")), taken)
-        renamed += name != cells["name"]
-        taken.add(name)
-        tags = frozenset(t for t in map(str.strip, cells.get("tags", "").lower().split(";")) if t)
-        items.append(Item(len(items) + 1, name, cells.get("category", ""), unit, cost, tags))
-    if not items:
+def _collected(rows: Sequence[Mapping[str, str]], label: str) -> Catalogue:
+    """The catalogue of rows, which have a cell for each column that there is."""
+    named = [row for row in rows if row["name"]]
+    if not named:
         raise InvalidInputError(f"The catalogue {label} has no rows with a name. Check the file.")
-    notes = [f"{nameless} rows without a name were left out."] if nameless else []
-    notes += prices.notes
+    prices, currency, told = _prices(
+        [(row.get("price", ""), row.get("currency", "")) for row in named]
+    )
+    items: dict[str, Item] = {}
+    renamed = 0
+    for row, price in zip(named, prices, strict=True):
+        name, unit = row["name"], row.get("unit", "")
+        sized = (f"{name} ({each})" for each in (unit, row.get("brand", "")) if each)
+        numbered = (f"{name} ({number})" for number in count(2))
+        unique = next(each for each in chain((name,), sized, numbered) if each not in items)
+        renamed += unique != name
+        tags = frozenset(t for t in map(str.strip, row.get("tags", "").lower().split(";")) if t)
+        item = Item(len(items) + 1, unique, row.get("category", ""), unit, price, tags)
+        items[unique] = item
+    notes = [f"{n} rows without a name were left out." for n in [len(rows) - len(named)] if n]
+    notes += told
     if renamed:
         notes.append(f"{renamed} repeated names were told apart by unit, brand or number.")
-    return Catalogue(items, currency=prices.currency, notes=notes)
+    return Catalogue(items.values(), currency=currency, notes=notes)
 
 
-def _paid(row: Sequence[str], where: Mapping[str, int]) -> tuple[str, str]:
-    """What a row has for the price and for the currency."""
-    places = (where.get(column, len(row)) for column in ("price", "currency"))
-    price, currency = (row[place] if place < len(row) else "" for place in places)
-    return price, currency
+def _prices(
+    paid: Sequence[tuple[str, str]],
+) -> tuple[Sequence[Decimal | None], str, list[str]]:
+    """The prices of all rows, since one alone does not tell what its marks mean.
 
+    Args:
+        paid: What each row has for the price and for the currency.
 
-@dataclass(frozen=True, slots=True)
-class _Prices:
-    """The prices of a catalogue.
-
-    Attributes:
-        amounts: By what a row has for the price and the currency; None for no price.
-        currency: That of most.
-        notes: What was not understood, or is in another currency, and so is no price.
+    Returns:
+        The price of each row, None for no price; the currency of most; and notes on what was not
+        understood, or is in another currency, and so is no price.
     """
-
-    amounts: Mapping[tuple[str, str], Decimal | None]
-    currency: str
-    notes: Sequence[str]
-
-
-def _prices(rows: Iterable[list[str]], where: Mapping[str, int]) -> _Prices:
-    """Read the prices of all rows, since one alone does not tell what its marks mean."""
-    named = (row for row in rows if any(map(str.strip, row[where["name"] :][:1])))
-    counts = Counter(_paid(row, where) for row in named)
-    cells = {paid: _clean(paid[0]) for paid in counts}
-    mark = _decimal_mark(cells.values())
-    read = {paid: _price(cell, mark, paid[1]) for paid, cell in cells.items()}
-    stated = {
-        paid: money.currency if money and money.currency else _printed(_clean(paid[1]))
-        for paid, money in read.items()
-    }
-    said = Counter[str]()
-    for paid, money in read.items():
-        said[stated[paid]] += counts[paid] if money else 0
-    names = [name for name, _ in said.most_common() if name]
-    main = _main([name for name in names if said[name]] or names)
-    others = [name for name in names if said[name] and not same_currency(name, main)]
-    ranges = [paid for paid, money in read.items() if money and len(_ends(cells[paid])) == 2]
-    wrong = [paid for paid, money in read.items() if cells[paid] and not money]
-    foreign = [paid for paid, money in read.items() if money and stated[paid] in others]
-    amounts = {
-        paid: money.amount if money and stated[paid] not in others else None
-        for paid, money in read.items()
-    }
-    none = [paid for paid, amount in amounts.items() if amount is None]
-    example = cells[wrong[0]][:_QUOTED] if wrong else ""
+    mark = _decimal_mark({cell for cell, _ in paid})
+    known = {pair: _price(pair[0], mark, pair[1]) for pair in dict.fromkeys(paid)}
+    read = [known[pair] for pair in paid]
+    stated = [
+        money.currency if money and money.currency else _printed(currency)
+        for money, (_, currency) in zip(read, paid, strict=True)
+    ]
+    counts = Counter[str]()
+    for money, name in zip(read, stated, strict=True):
+        counts[name] += 1 if money else 0
+    names = [name for name, _ in counts.most_common() if name]
+    priced = [name for name in names if counts[name]]
+    main = _main(priced or names)
+    others = [name for name in priced if not same_currency(name, main)]
+    amounts = [
+        money.amount if money and name not in others else None
+        for money, name in zip(read, stated, strict=True)
+    ]
+    wrong = [cell for (cell, _), money in zip(paid, read, strict=True) if cell and not money]
+    example = wrong[0][:_QUOTED] if wrong else ""
+    ranges = sum(
+        bool(money) and len(_ends(cell)) == 2 for (cell, _), money in zip(paid, read, strict=True)
+    )
     told = [
         (ranges, "prices were ranges; the lower end is used."),
-        (wrong, f'prices were not understood, such as "{example}".'),
-        (foreign, f"prices are not in {main} but in {', '.join(others)}: they do not count."),
-        (none, "items have no price."),
+        (len(wrong), f'prices were not understood, such as "{example}".'),
+        (
+            sum(counts[name] for name in others),
+            f"prices are not in {main} but in {', '.join(others)}: they do not count.",
+        ),
+        (amounts.count(None), "items have no price."),
     ]
-    notes = [f"{sum(counts[paid] for paid in each)} {text}" for each, text in told if each]
-    return _Prices(amounts, main[:_QUOTED], notes)
+    return amounts, main[:_QUOTED], [f"{n} {text}" for n, text in told if n]
 
 
 def _main(names: Sequence[str]) -> str:
@@ -329,18 +316,33 @@ def _main(names: Sequence[str]) -> str:
 
 
 def _price(cell: str, mark: str, currency: str) -> Money | None:
-    """The price in a cell, or the lower end of a range of prices.
+    """The price in a cell, or the lower end of a range of prices; None where it is anything else.
 
     Args:
         cell: The cell.
         mark: The one before decimals in the column; "" if unknown.
         currency: The one that the row states; "" for none.
     """
-    found = [_one_price(part, mark, currency) for part in _ends(cell)]
-    ends = [each for each in found if each]
+    ends: list[Money] = []
+    for found in map(_PRICE.fullmatch, _ends(cell)):
+        if found is None:
+            return None
+        named = sorted(
+            filter(None, (found["before"], found["after"])), key=lambda n: len(codes_of(n))
+        )
+        stated = named[0] if named else currency
+        last = re.sub(r"[^.,]", "", found["digits"])[-1:]
+        before_decimals = mark
+        if stated.strip().upper() in _IN_THOUSANDTHS:
+            before_decimals = last
+        elif _UNDIVIDED.issuperset(codes_of(stated) or ("",)):
+            before_decimals = _OTHER.get(last, "")
+        value = value_of(found["digits"], before_decimals)
+        if value is None or (len(named) == 2 and not same_currency(named[1], named[0])):
+            return None
+        ends.append(Money(value, named[0] if named else ""))
     names = [each.currency for each in ends if each.currency]
-    mixed = names and not same_currency(names[-1], names[0])
-    if not 0 < len(ends) == len(found) <= 2 or mixed:
+    if len(ends) > 2 or (names and not same_currency(names[-1], names[0])):
         return None
     return Money(min(each.amount for each in ends), names[0] if names else "")
 
@@ -348,25 +350,6 @@ def _price(cell: str, mark: str, currency: str) -> Money | None:
 def _ends(cell: str) -> list[str]:
     """The two ends of a range, or the one price; "12,-" and "12/-" are 12."""
     return _THROUGH.split(_printed(cell))
-
-
-def _one_price(text: str, mark: str, currency: str) -> Money | None:
-    """The price that a text is, and nothing else; the arguments are those of `_price`."""
-    found = _PRICE.fullmatch(_printed(text))
-    if found is None:
-        return None
-    names = filter(None, (found["before"], found["after"]))
-    named = sorted(names, key=lambda name: len(codes_of(name)))
-    stated = named[0] if named else currency
-    last = re.sub(r"[^.,]", "", found["digits"])[-1:]
-    if stated.strip().upper() in _IN_THOUSANDTHS:
-        mark = last
-    elif _UNDIVIDED.issuperset(codes_of(stated) or ("",)):
-        mark = _OTHER.get(last, "")
-    value = value_of(found["digits"], mark)
-    if value is None or (len(named) == 2 and not same_currency(named[1], named[0])):
-        return None
-    return Money(value, named[0] if named else "")
 
 
 def _decimal_mark(cells: Iterable[str]) -> str:
@@ -407,15 +390,3 @@ def _clean(text: str) -> str:
     """`text` on one line, without control and invisible characters, cut at `_LONGEST`."""
     shown = without_invisible(_CONTROL.sub(" ", text[: 20 * _LONGEST]))
     return " ".join(shown.split())[:_LONGEST].rstrip()
-
-
-def _unique(name: str, suffixes: Iterable[str], taken: set[str]) -> str:
-    if name not in taken:
-        return name
-    number = 2
-    for suffix in suffixes:
-        if suffix and (told := f"{name} ({suffix})") not in taken:
-            return told
-    while (told := f"{name} ({number})") in taken:
-        number += 1
-    return told

@@ -9,7 +9,7 @@ from goalscope.base.nouns import head_nouns, names, singular, singulars, words
 from goalscope.envs.grocery.catalogue import Catalogue, Item
 from goalscope.envs.grocery.dietary import Bounds, labelled
 from goalscope.envs.grocery.diets import DIETS, finder
-from goalscope.envs.grocery.quantities import is_package
+from goalscope.envs.grocery.quantities import PACKAGES
 from goalscope.envs.grocery.search import LABELS, WORDS, Search
 from goalscope.language.amounts import word_value
 
@@ -21,23 +21,12 @@ _EXTREMES = {1: finder(WORDS["cheapest"]), -1: finder(WORDS["dearest"])}
 _UNLIKE = [name.strip() for name in WORDS["unlike"].split(",")]
 _USUAL = {word: names.split(", ") for word, names in WORDS["usual"].items()}
 
-_DEPTH = 10
-"""Best items of a search that count."""
-
-_PER_TERM = 5
-"""Items offered for each search term."""
-
-_NAMED = 5
-"""Items that an answer names at most."""
-
-_LABELLED = 2
-"""Most items of which an answer tells the labels."""
-
-_LONGEST = 4
-"""Most words of a phrase that a question mentions."""
-
-_NEAR = 100
-"""Items among which an answer looks for a thing."""
+_DEPTH = 10  # best items of a search that count
+_PER_TERM = 5  # items offered for each search term
+_NEAR = 100  # items among which an answer looks for a thing
+_NAMED = 5  # items that an answer names at most
+_LABELLED = 2  # most items of which an answer tells the labels
+_LONGEST = 4  # most words of a phrase that a question mentions
 
 
 class Choice:
@@ -193,7 +182,7 @@ class Choice:
             is_here = (
                 p
                 for p in phrases
-                if not _is_vague(p) and not is_package(p) and _headed(p, self._search.named(p))
+                if not _is_vague(p) and p not in PACKAGES and _headed(p, self._search.named(p))
             )
             phrase = next(is_here, "")
             found += [phrase] if phrase else []

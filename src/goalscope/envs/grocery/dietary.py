@@ -40,8 +40,7 @@ _AISLES = re.compile(r"[,&/>+]|\band\b", re.IGNORECASE)
 _MERE = frozenset(("fresh", "frozen", "chilled", "organic", "ice", "product", "counter", "other"))
 """Words that leave an aisle what it is: "frozen fish"."""
 
-_NAMED = 5
-"""Items that are named at most as not known to fit."""
+_NAMED = 5  # items that are named at most as not known to fit
 
 
 @lru_cache(maxsize=65536)

@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import re
-import tomllib
 import unicodedata
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cache, lru_cache
 from importlib.resources import files
 
+from goalscope.base.inputs import read_table
 from goalscope.base.nouns import singulars
 
 _LETTERS = str.maketrans({"ß": "ss", "æ": "ae", "œ": "oe", "ø": "o", "ł": "l", "đ": "d"})
@@ -95,9 +95,7 @@ def finder(listed: str) -> re.Pattern[str]:
     return re.compile(rf"(?<!\S)(?:{either})(?!\S)")
 
 
-_TABLES = tomllib.loads(
-    (files("goalscope.envs.grocery") / "data" / "diets.toml").read_text(encoding="utf-8")
-)
+_TABLES = read_table(files("goalscope.envs.grocery") / "data" / "diets.toml")
 
 
 def _read_diets() -> dict[str, Diet]:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import tomllib
 from functools import cache, lru_cache
 from importlib.resources import files
 from typing import Literal
@@ -10,11 +9,10 @@ from typing import Literal
 import numpy as np
 import numpy.typing as npt
 
+from goalscope.base.inputs import read_table
 from goalscope.base.nouns import head_words, singular, singulars
 from goalscope.envs.grocery.catalogue import Catalogue
 from goalscope.models.embedding import embedded
-
-__all__ = ["Nature", "is_made", "nature"]
 
 Nature = Literal["food", "mixture", "thing"]
 """What people eat, drink or take; other mixtures, such as cosmetics and pet food; and all else."""
@@ -23,9 +21,7 @@ _Vectors = npt.NDArray[np.float32]
 
 _AISLES = {
     key: [" ".join(name.split()) for name in names.split(",")]
-    for key, names in tomllib.loads(
-        (files("goalscope.envs.grocery") / "data" / "aisles.toml").read_text(encoding="utf-8")
-    ).items()
+    for key, names in read_table(files("goalscope.envs.grocery") / "data" / "aisles.toml").items()
 }
 _NAMED: dict[tuple[str, ...], Nature] = {
     **{tuple(singulars(name)): "mixture" for name in _AISLES["mixtures"]},
@@ -35,14 +31,9 @@ _OWN_THINGS = frozenset(("household", "cleaning", "cups & napkins", "pet"))
 _OWN_MIXED = frozenset(("cake decorations", "baby", "coffee & tea"))
 """Categories of the built-in catalogue that hold no food, and those that hold both."""
 
-_AISLE_WEIGHT = 4.0
-"""Weight of the category's nearness to usual ones, beside the name."""
-
-_LEAST = 0.6
-"""Evidence above which an item is no food; docs/log.md tells how often a food reaches it."""
-
-_LEAST_ALONE = 0.9
-"""The same for an item without a category."""
+_AISLE_WEIGHT = 4.0  # of the category's nearness to usual ones, beside the name
+_LEAST = 0.6  # evidence above which an item is no food; docs/log.md has how often a food reaches it
+_LEAST_ALONE = 0.9  # the same for an item without a category
 
 
 @lru_cache(maxsize=65536)

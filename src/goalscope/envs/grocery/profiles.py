@@ -16,8 +16,6 @@ from goalscope.base.nouns import contains, singulars
 from goalscope.base.types import InvalidInputError, Profile
 from goalscope.envs.grocery.catalogue import Item
 
-__all__ = ["checks_met", "load_profiles", "unwanted"]
-
 _FORMS = (
     "must_have", "must_not_have", "must_not_have_tag", "all_have_tag", "max_total", "bought",
 )  # fmt: skip

@@ -13,33 +13,15 @@ from goalscope.envs.grocery.search import WORDS
 from goalscope.language.amounts import figures, is_currency, word_value
 from goalscope.language.orders import Order
 
-_SIZES: dict[str, tuple[str, float]] = {
-    name: (measure, size)
-    for measure, size, names in (
-        ("grams", 1000.0, "kg kilo kilogram kilogramme"),
-        ("grams", 1.0, "g gram gramme gr gm"),
-        ("grams", 0.001, "mg milligram milligramme"),
-        ("grams", 454.0, "lb pound"),
-        ("grams", 28.35, "oz ounce"),
-        ("grams", 6350.0, "st stone"),
-        ("millilitres", 1000.0, "l litre liter ltr"),
-        ("millilitres", 1.0, "ml mil millilitre milliliter"),
-        ("millilitres", 10.0, "cl centilitre centiliter"),
-        ("millilitres", 100.0, "dl decilitre deciliter"),
-        ("millilitres", 5.0, "tsp teaspoon"),
-        ("millilitres", 15.0, "tbsp tablespoon"),
-        ("millilitres", 29.57, "floz"),
-        ("millilitres", 118.0, "gill"),
-        ("millilitres", 237.0, "cup"),
-        ("millilitres", 473.0, "pt pint"),
-        ("millilitres", 946.0, "qt quart"),
-        ("millilitres", 3785.0, "gal gallon"),
-    )
+_SIZES = {
+    name: (measure, float(size))
+    for measure, sizes in WORDS["measures"].items()
+    for size, names in sizes.items()
     for name in names.split()
 }
-"""Weights in grams, and volumes in millilitres."""
+"""The measure of each unit, and its size in grams or millilitres."""
 
-_PACKAGES = frozenset(WORDS["packages"].split())
+PACKAGES = frozenset(WORDS["packages"].split())
 _PIECES = frozenset(WORDS["pieces"].split())
 _DOZENS = dict.fromkeys(("dozen", "doz", "dz"), 12.0) | {"gross": 144.0}
 _NUMBERS = {**_DOZENS, "score": 20.0, "pair": 2.0, "half": 0.5, "quarter": 0.25}
@@ -53,11 +35,6 @@ _HOLDS = re.compile(
 _PERCENT = r"(?:%|per ?cent|pct\.?)(?!\w)"
 _PERCENTAGE = re.compile(rf"(?<![\w.])(\d+(?:\.\d+)?|[a-z]+)[ -]?{_PERCENT}", re.IGNORECASE)
 _BEFORE_PERCENTAGE = re.compile(r"([0-9]{1,6}|[a-z]+) ([a-z]+) of ((?:[a-z]+ ){0,2}[\d.]+% .+)")
-
-
-def is_package(phrase: str) -> bool:
-    """Whether a phrase names a package, such as "box"."""
-    return phrase in _PACKAGES
 
 
 def without_percentage(order: Order) -> Order:
@@ -132,9 +109,9 @@ def _measured(order: Order, item: Item) -> tuple[float, str]:
         return number * one, measure
     if not _DOZENS.keys().isdisjoint(map(singular, words(order.unit))):
         return number, "dozens"
-    if size == 1 and _PACKAGES.intersection(unit.split()):
+    if size == 1 and PACKAGES.intersection(unit.split()):
         return number, "packages"
-    known = {*_PACKAGES, *_PIECES, *singulars(item.name), *singulars(item.unit)}
+    known = {*PACKAGES, *_PIECES, *singulars(item.name), *singulars(item.unit)}
     is_known = size != 1 or not unit or unit.split()[-1] in known
     return number, "pieces" if is_known else "unknown"
 

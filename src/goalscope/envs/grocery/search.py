@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import sqlite3
-import tomllib
 from collections import Counter, defaultdict
 from collections.abc import Iterable, Iterator
 from functools import cached_property
@@ -12,32 +11,22 @@ from importlib.resources import files
 import numpy as np
 import numpy.typing as npt
 
+from goalscope.base.inputs import read_table
 from goalscope.base.nouns import head_nouns, head_words, singular, singulars, words
 from goalscope.envs.grocery.catalogue import Catalogue, Item
 from goalscope.language.matcher import mended
 from goalscope.models.embedding import embedded
 
-WORDS = tomllib.loads(
-    (files("goalscope.envs.grocery") / "data" / "words.toml").read_text(encoding="utf-8")
-)
+WORDS = read_table(files("goalscope.envs.grocery") / "data" / "words.toml")
 """What people call things, and words that say little; its comments say which."""
 
 _Vectors = npt.NDArray[np.float32]
 
-_DEPTH = 100
-"""How many items each ranking contributes to the fusion."""
-
-_RANK_OFFSET = 20.0
-"""The k of reciprocal rank fusion: a place counts 1 / (k + place)."""
-
-_CATEGORY_WEIGHT = 0.06
-"""Weight of an item's category among the best items, against 1 / k for a first place."""
-
-_CATEGORY_NEARNESS = 0.5
-"""Weight of the nearness of a generic name's category, against that of the name itself."""
-
-_MOST_KINDS = 800
-"""Generic names kept, the most frequent first."""
+_DEPTH = 100  # items that each ranking contributes to the fusion
+_RANK_OFFSET = 20.0  # the k of reciprocal rank fusion: a place counts 1 / (k + place)
+_CATEGORY_WEIGHT = 0.06  # of a category among the best items, against 1 / k for a first place
+_CATEGORY_NEARNESS = 0.5  # weight of a generic name's category, against the name itself
+_MOST_KINDS = 800  # generic names kept, the most frequent first
 
 _QUALITIES = frozenset(WORDS["qualities"].split())
 _EMPTY = frozenset(WORDS["empty"].split())

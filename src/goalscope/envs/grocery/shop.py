@@ -28,14 +28,9 @@ NAMES = (envs.SEARCH, "add item", "remove item", "buy basket")
 MOST = 99
 """Units of one item that a basket holds at most."""
 
-_AT_ONCE = 8
-"""Things that are guessed at once at most: what is left of a budget must do for all of them."""
-
-_SHOWN = 10
-"""Items that the action `search inventory` lists."""
-
-_MENTIONS = 4
-"""Most things that a question is answered for besides the one that was read."""
+_AT_ONCE = 8  # things that are guessed at most: what is left of a budget must do for all of them
+_SHOWN = 10  # items that the action `search inventory` lists
+_MENTIONS = 4  # most things that a question is answered for besides the one that was read
 
 _WHOLE = frozenset({
     "basket", "cart", "total", "budget", "order", "price", "cost", "bill", "money", "everything",
