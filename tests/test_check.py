@@ -12,7 +12,10 @@ from goalscope.agent.settings import Settings
 from goalscope.base.types import Action
 from goalscope.envs import Resolution
 from goalscope.envs.check import check_env
+from goalscope.envs.grocery import GroceryShop
 from goalscope.envs.registry import load_domain, open_environment, profiles_of
+from goalscope.language.dialogue_state import DialogueState
+from shops import CATALOGUE, SEARCH
 from test_run import NamedModel
 
 EXAMPLES = Path(__file__).parents[1] / "examples"
@@ -38,9 +41,9 @@ MET = "return Checks(tuple(self.things != (TREE,) and bool(each) for each in met
         ("        self.things = (TREE,)\n", "        pass\n",
          "`reset` must lead back.* .first 'In the garden: walnut tree.', then 'In the garden: "),
         ('f"In the garden: {\', \'.join(self.things) or \'nothing\'}."', '"A garden."',
-         r"`state\(\)` must show what an action changes"),
+         r"`state` must show what an action changes"),
         ("or 'nothing'}.\")", "or 'nothing'}.\", 'x')",
-         r"text of `state\(\)` must change its fingerprint: a"),
+         r"text of `state` must change its fingerprint: a"),
         ("            return StepResult(action, False,",
          "            self.things = ()\n            return StepResult(action, False,",
          "a failure must change nothing"),
@@ -64,7 +67,7 @@ MET = "return Checks(tuple(self.things != (TREE,) and bool(each) for each in met
         ("return SCENARIOS(text, 1)", "return [text]", "`like` must give a list of Scenarios"),
         ('"wildflowers", "lavender", "insect hotel"),\n    ("watch',
          '"wildflowrs", "lavender", "insect hotel"),\n    ("watch', "did you mean .'wildflowers'"),
-        (MET, "return met", "`checks_met` must give Checks with 3 bools"),
+        (MET, "return met", "`checks_met` must give Checks, not"),
         (MET, "return Checks((True,))", "Checks with 3 bools, one for each check of bees, not Ch"),
         (MET, "return Checks(tuple(map(bool, met)))", "counts checks of bees before any action"),
         ('if each.name == "remove"]', 'if each.name == "x"]', "what `undo` gives must succeed"),
@@ -83,6 +86,22 @@ def test_a_planted_defect_is_found(tmp_path: Path, right: str, wrong: str, told:
     settings = planted(tmp_path, right, wrong)
     with pytest.raises(GoalscopeError, match=told):
         check_env(open_environment(settings), profiles_of(settings))
+
+
+@pytest.mark.parametrize(
+    ("actions", "told"),
+    [
+        (lambda shop, name, _: [Action("add item", f"Some {name}")], "must give what can be done"),
+        (
+            lambda shop, name, _: GroceryShop.actions(shop, name, DialogueState()),
+            "must leave out what the person ruled out",
+        ),
+    ],
+)
+def test_a_planted_defect_of_the_shops_guesses_is_found(actions: object, told: str) -> None:
+    wrong = type("Wrong", (GroceryShop,), {"actions": actions})
+    with pytest.raises(GoalscopeError, match=told):
+        check_env(wrong(CATALOGUE, search=SEARCH), most=8)
 
 
 @pytest.mark.parametrize(

@@ -59,7 +59,7 @@ def test_what_inherits_nothing_is_no_environment() -> None:
         ("resolve", lambda *_: 1 / 0, r"`resolve` fails \(.*ZeroDivisionError"),
         ("resolve", lambda *_: Resolution(), "`resolve` must give actions, or say why not, for "),
         ("offers", lambda self, text, limit: 1 / 0, r"`offers` fails \(.*ZeroDivisionError"),
-        ("state", lambda self: "In the garden.", r"`state\(\)` must be a State"),
+        ("state", lambda self: "In the garden.", r"`state` must give a State"),
         ("answer", lambda *_: 5, "`answer` must give a text, not 5"),
     ],
 )

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import traceback
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from difflib import get_close_matches
 from pathlib import Path
 from typing import Any, cast
@@ -28,7 +28,6 @@ from goalscope.language.matcher import Matcher
 from goalscope.language.orders import (
     Order,
     Reading,
-    Verb,
     examples_of,
     orders_from_text,
     orders_to_text,
@@ -38,7 +37,8 @@ from goalscope.language.reader import check_verbs
 NOWHERE = "no such thing"
 """What no domain has."""
 
-_NAMING = tuple(act for act in LIMITS if act != "budget")
+_TEXTS = 6  # texts for which names are asked: nothing, the task, and examples
+_NAMES = 15  # names asked for each of them
 _THINGS = 3  # things that orders are tried with
 _CHECKED = 12  # things of the profiles' checks that they are tried with, too
 _TIMES = 8  # repetitions of an action that seems to change nothing
@@ -49,21 +49,25 @@ def check_env(env: Environment, profiles: Sequence[Profile] = (), *, most: int =
     """Try an environment: orders alone and in pairs, guesses, undo, replays, and the score.
 
     Nothing is proved: the orders are those of the examples, and each verb with a few of the things
-    that `offers` names. The environment is reset before and after.
+    that `offers` names; the guesses are for more of them. The environment is reset before and
+    after.
 
     Args:
         env: To be tried.
         profiles: Its simulated people, for `checks_met`.
-        most: Most orders and guesses to execute.
+        most: Most orders to execute, and most things to guess.
 
     Raises:
         GoalscopeError: A law is broken; the message says which, and by what.
     """
     _hold(isinstance(cast("object", env), Environment), "it must inherit from `Environment`")
     for name in missing(env):
-        raise _broken(f"`{name}` is missing")
+        _hold(False, f"`{name}` is missing")
+    try:
+        check_verbs(env.verbs)
+    except InvalidInputError as error:
+        _hold(False, str(error).rstrip("."))
     trial = _Trial(env, most)
-    trial.try_declarations()
     trial.try_names()
     trial.try_readings()
     trial.try_odd_actions()
@@ -78,58 +82,68 @@ class _Trial:
 
     def __init__(self, env: Environment, most: int) -> None:
         self.env = env
-        self.left = most
+        self.most = most
         self.shared = _shared(env)
         self.pick = Matcher()
-        self.verbs = {verb.name: verb for verb in env.verbs} if _is_list(env.verbs, Verb) else {}
+        self.verbs = {verb.name: verb for verb in env.verbs}
         self.names: list[str] = []
         self.checked: list[str] = []
+        task, phrase = cast("object", env.task), cast("object", completion_phrase(env))
+        _hold(isinstance(task, str) and bool(task.strip()), "`task` must be a text, and not empty")
+        _hold(isinstance(phrase, str), f"the `phrase` of a verb must be a text, not {phrase!r}")
+        ending = any(verb.ends for verb in env.verbs)
+        _hold(ending, 'no verb ends the task; add one, as in Verb("finish", "...", (), ends=True)')
         self.call("reset")
         self.start = self.state()
 
-    def call(self, member: str, *given: Any, by: Callable[..., Any] | None = None) -> Any:
-        """Call a member, or what calls it; an error of its own is a broken law."""
+    def call(self, member: str, *given: Any) -> Any:
+        """What a member gives; an error of its own, or a thing of another type, breaks a law."""
         try:
-            return by(self.env, *given) if by else getattr(self.env, member)(*given)
+            if member in ("step", "resolve"):
+                return (execute if member == "step" else resolve)(self.env, *given)
+            found = getattr(self.env, member)(*given)
         except GoalscopeError:
             raise
         except Exception as error:
             last = traceback.extract_tb(error.__traceback__)[-1]
             where = f"{Path(last.filename).name}, line {last.lineno}"
-            told = f"{type(error).__name__}: {error}"
-            raise _broken(f"`{member}` fails ({where}: {told})") from error
+            told = f"`{member}` fails ({where}: {type(error).__name__}: {error})"
+            raise GoalscopeError(f"The environment breaks a law: {told}.") from error
+        kind, wanted = _GIVES.get(member, (object, ""))
+        is_right = _is_list(found, kind) if wanted.startswith("a list") else isinstance(found, kind)
+        about = f", for {given[0]}" if given else ""
+        _hold(is_right, f"`{member}` must give {wanted}, not {found!r}{about}")
+        return found
+
+    def state(self) -> State:
+        """See `Environment.state`."""
+        found: State = self.call("state")
+        text = cast("object", found.text)
+        is_text = isinstance(text, str) and bool(text.strip())
+        _hold(is_text, f"the text of `state` must be a text, and not empty: {text!r}")
+        return found
 
     def reset(self) -> None:
         """Go back to the start, and see that it is the start."""
         self.call("reset")
         now = self.state()
-        _hold(
-            now == self.start, f"`reset` must lead back to the same start{_both(self.start, now)}"
-        )
+        both = _both(self.start, now)
+        _hold(now == self.start, f"`reset` must lead back to the same start{both}")
         is_own = _shared(self.env) == self.shared
         _hold(is_own, "the state must be the instance's own, and not its class's")
-
-    def state(self) -> State:
-        """See `Environment.state`."""
-        found = self.call("state")
-        right = isinstance(found, State) and isinstance(cast("object", found.text), str)
-        _hold(right, f'`state()` must be a State("..."), not {found!r}')
-        _hold(bool(found.text.strip()), "the text of `state()` must not be empty")
-        return found
 
     def step(self, action: Action) -> StepResult:
         """Take one action, which keeps the laws of one action."""
         before = self.state()
-        result = self.call("step", action, by=execute)
+        result: StepResult = self.call("step", action)
         _hold(result.action == action, f"a result must name its action: {action}")
         now = self.state()
         changed = now.fingerprint != before.fingerprint
         if not result.ok:
             _hold(bool(result.observation), f"a failure must say why: {action}")
             _hold(not changed, f"a failure must change nothing: {action}{_both(before, now)}")
-            return result
         told = now.text == before.text or changed
-        _hold(told, f"what changes the text of `state()` must change its fingerprint: {action}")
+        _hold(told, f"what changes the text of `state` must change its fingerprint: {action}")
         return result
 
     def take(self, action: Action) -> StepResult:
@@ -140,30 +154,20 @@ class _Trial:
         _hold(agreed, f"whether something cannot be undone: {both}; they must agree: {action}")
         return result
 
-    def try_declarations(self) -> None:
-        """Texts, verbs and examples."""
-        task = cast("object", self.env.task)
-        _hold(isinstance(task, str) and bool(task.strip()), "`task` must be a text, and not empty")
-        try:
-            check_verbs(self.env.verbs)
-        except InvalidInputError as error:
-            raise _broken(str(error).rstrip(".")) from None
-        ending = any(verb.ends for verb in self.env.verbs)
-        _hold(ending, 'no verb ends the task; add one, as in Verb("finish", "...", (), ends=True)')
-        phrase = cast("object", completion_phrase(self.env))
-        _hold(isinstance(phrase, str), f"the `phrase` of a verb must be a text, not {phrase!r}")
-
     def try_names(self) -> None:
         """Names on offer are things that there are."""
-        for limit in (1, 1000):
-            found = self.call("offers", "", limit)
-            _hold(_is_list(found, str), f"`offers` must give a list of texts, not {found!r}")
-            _hold(len(found) <= limit, f"`offers` must give {limit} names at most, not {found!r}")
-            self.names = [*found]
+        said = [each.message for each in examples_of(self.env.verbs)]
+        for text in ["", self.env.task, *said][:_TEXTS]:
+            for limit in (1, _NAMES):
+                found = self.call("offers", text, limit)
+                _hold(
+                    len(found) <= limit, f"`offers` must give {limit} names at most, not {found!r}"
+                )
+                self.names += found
+        self.names = [*dict.fromkeys(self.names)]
         for name in self.names[:_THINGS]:
-            served = self.guesses(name) or any(
-                self.resolve(o).actions for o in self.orders(name) if o.what
-            )
+            orders = (self.resolve(each).actions for each in self.orders(name) if each.what)
+            served = self.guesses(name) or any(orders)
             _hold(bool(served), f"`offers` names {name!r}, but no order and no guess has it")
 
     def orders(self, name: str) -> list[Order]:
@@ -181,13 +185,10 @@ class _Trial:
     def resolve(self, order: Order) -> Resolution:
         """What an order comes to; to find out changes nothing."""
         away = {verb.name for verb in self.env.verbs if verb.takes_away}
-        dialogue = fold([Reading((order,))], takes_away=away)
         before = self.state()
-        found: Resolution = self.call("resolve", order, dialogue, self.pick, by=resolve)
-        for each in found.actions:
-            texts = (each.name, each.target, each.destination)
-            right = type(each.quantity) is int and _is_list(texts, str)
-            _hold(right, f"an action needs texts, with an int as the quantity: {each!r}")
+        dialogue = fold([Reading((order,))], takes_away=away)
+        found: Resolution = self.call("resolve", order, dialogue, self.pick)
+        _hold_actions(found.actions)
         _hold(self.state() == before, f"`resolve` must change nothing: {order}")
         return found
 
@@ -204,46 +205,25 @@ class _Trial:
                     _hold(not acts, f"what is not here must not be replaced: {gone} gives {acts}")
                 if "where" in self.verbs[order.do].slots:
                     self.resolve(Order(order.do, order.what, where="no such place"))
-            for limit in (*(Order(act, name) for act in _NAMING), Order("budget", quantity=1e6)):
-                self._try_limit(limit)
+            for limit in LIMITS:
+                self._try_limit(Order(limit, name))
+            self._try_limit(Order("budget", quantity=1e6))
             for asked in (Order("ask", name), Order("ask")):
-                told = self.call("answer", asked, DialogueState(), self.pick, f"What about {name}?")
-                right = isinstance(told, str)
-                _hold(right, f"`answer` must give a text, not {told!r}, for {asked}")
+                self.call("answer", asked, DialogueState(), self.pick, f"What about {name}?")
         _hold(self.state() == self.start, "to resolve and to answer must change nothing")
-        for name in self.names[:_THINGS]:
-            self._try_needs(name)
 
     def _try_limit(self, limit: Order) -> None:
         """A limit that a domain ignores must not fall through to what is said of unknown verbs."""
         found = self.resolve(limit)
-        if not (found.why or found.actions):
-            return
         other = Order("frobnicate", limit.what, limit.quantity)
         try:
             unknown = self.env.resolve(other, DialogueState(), self.pick)
         except Exception:  # a domain need not know what to do with it
             return
-        same = unknown.why.replace("frobnicate", limit.do) == found.why
-        named = [(a.name.replace("frobnicate", limit.do), a.target) for a in unknown.actions]
-        same &= named == [(a.name, a.target) for a in found.actions]
-        _hold(not same, f"`resolve` takes the limit {limit} for a verb, and gives {found}; "
+        said = repr((unknown.actions, unknown.why)).replace("frobnicate", limit.do)
+        falls = said == repr((found.actions, found.why)) != repr(((), ""))
+        _hold(not falls, f"`resolve` takes the limit {limit} for a verb, and gives {found}; "
               "return Resolution() for a limit that needs no action")  # fmt: skip
-
-    def _try_needs(self, text: str) -> None:
-        """What scenarios call for may be lacking, but is not misspelt."""
-        if not isinstance(self.env, Proactive):
-            return
-        like = self.call("like", text, 8)
-        _hold(_is_list(like, Scenario), f"`like` must give a list of Scenarios, not {like!r}")
-        for scenario in like:
-            for need in (*scenario.needed, *scenario.nice):
-                way = self.call("serving", need, DialogueState())
-                right = _is_list(way, Action)
-                _hold(right, f"`serving` must give a list of actions, not {way!r}")
-                close = get_close_matches(str(need), self.names, 1, _TYPO)
-                known = bool(way) or not close or need in close
-                _hold(known, f"a scenario needs {need!r}; did you mean {close}?")
 
     def try_odd_actions(self) -> None:
         """What does not exist fails, says why, and changes nothing."""
@@ -259,49 +239,60 @@ class _Trial:
         """Who does nothing scores nothing."""
         for profile in profiles:
             found = self.call("checks_met", profile)
-            right = isinstance(found, Checks) and len(found.met) in (0, len(profile.checks))
             wanted = f"Checks with {len(profile.checks)} bools, one for each check of"
+            right = len(found.met) in (0, len(profile.checks))
             _hold(right, f"`checks_met` must give {wanted} {profile.name}, not {found!r}")
             met = any(found.met)
             _hold(not met, f"`checks_met` counts checks of {profile.name} before any action")
             values = [each for check in profile.checks for each in check.values()]
             self.checked += [name for each in values if _is_list(each, str) for name in each]
 
-    def guesses(self, name: str, dialogue: DialogueState | None = None) -> list[Action]:
-        """See `Proactive.actions`."""
+    def guesses(self, name: str, *limits: Order) -> list[Action]:
+        """See `Proactive.actions`; none where these limits hold."""
         if not isinstance(self.env, Proactive):
             return []
-        found = self.call("actions", name, dialogue or DialogueState())
-        _hold(_is_list(found, Action), f"`actions` must give a list of actions, not {found!r}")
+        found: list[Action] = self.call("actions", name, fold([Reading(limits)]))
+        _hold_actions(found)
         return found
 
     def try_guesses(self) -> None:
         """What may be done unasked: not what was ruled out, nor what is done already."""
-        seen: dict[str, bool] = {}
-        for name in self.names:
-            found = self.guesses(name)
-            seen |= {each.name: seen.get(each.name, False) for each in found}
-            avoid = fold([Reading((Order("avoid", name),))])
-            ruled = self.guesses(name, avoid)
-            _hold(not ruled, f"`actions` must leave out what the person ruled out: {ruled}")
-            for action in found:
-                if seen[action.name] or not self.left or is_irreversible(self.env, action):
-                    continue
-                self.left -= 1
-                result = self.take(action)
-                seen[action.name] = result.ok
-                if result.ok and action in self.guesses(name):
-                    again = self.step(action).ok
-                    _hold(again, f"`actions` must leave out what is done already: {action}")
-                self.reset()
-        lasts = [a for name in self.names[:_THINGS] for a in self.guesses(name)]
-        useful = not lasts or not all(is_irreversible(self.env, action) for action in lasts)
+        if not isinstance(self.env, Proactive):
+            return
+        guesses = {name: found for name in self.names if (found := self.guesses(name))}
+        for name, found in guesses.items():
+            for why in ("", "allergy"):
+                ruled = self.guesses(name, Order("avoid", name, why=why))
+                _hold(not ruled, f"`actions` must leave out what the person ruled out: {ruled}")
+            guesses[name] = [each for each in found if not is_irreversible(self.env, each)]
+        useful = not guesses or any(guesses.values())
         _hold(useful, "`actions` gives only what cannot be undone, which no agent guesses")
+        for name, found in list(guesses.items())[: self.most]:
+            done = any(self._try_guess(name, each) for each in found)
+            _hold(done or not found, f"`actions` must give what can be done: {found}")
+        for name in self.names[:_THINGS]:
+            for scenario in self.call("like", name, 8):
+                for need in (*scenario.needed, *scenario.nice):
+                    way = self.call("serving", need, DialogueState())
+                    _hold_actions(way)
+                    close = get_close_matches(str(need), self.names, 1, _TYPO)
+                    known = bool(way) or not close or need in close
+                    _hold(known, f"a scenario needs {need!r}; did you mean {close}?")
+
+    def _try_guess(self, name: str, action: Action) -> bool:
+        """Whether a guess succeeds; once is enough."""
+        done = self.take(action).ok
+        if done and action in self.guesses(name):
+            again = self.step(action).ok
+            _hold(again, f"`actions` must leave out what is done already: {action}")
+        self.reset()
+        return done
 
     def try_orders(self) -> None:
         """Orders, then each pair of orders of the same thing: laws, undo, and replay."""
-        examples = examples_of(self.env.verbs)
-        shown = [orders_from_text(each.orders, self.env.verbs) for each in examples]
+        shown = [
+            orders_from_text(each.orders, self.env.verbs) for each in examples_of(self.env.verbs)
+        ]
         for order in (order for each in shown for order in acting(each)):
             self._try_pair((order,))
         things = dict.fromkeys((*self.names[:_THINGS], *self.checked[:_CHECKED]))
@@ -312,9 +303,9 @@ class _Trial:
 
     def _try_pair(self, orders: Sequence[Order]) -> bool:
         """Do orders, undo the last and all of them, and replay; whether the first did something."""
-        if self.left <= 0:
+        if self.most <= 0:
             return False
-        self.left -= 1
+        self.most -= 1
         start = before = self.state().text
         done: list[StepResult] = []
         results: list[StepResult] = []
@@ -340,27 +331,23 @@ class _Trial:
 
     def _follow(self, order: Order) -> list[StepResult]:
         """Do one order; the results of what succeeded."""
-        verb = self.verbs[order.do]
-        found = self.resolve(order)
+        verb, found = self.verbs[order.do], self.resolve(order)
         lasting = any(is_irreversible(self.env, action) for action in found.actions)
         agreed = lasting or not (verb.irreversible and found.actions)
         _hold(agreed, f"{verb.name!r} is irreversible, but its actions are not: {found.actions}")
         done: list[StepResult] = []
         for action in found.actions:
-            before = self.state()
-            result = self.take(action)
+            before, result = self.state(), self.take(action)
             if not result.ok:
                 return done
             done.append(result)
-            right = verb.ends or not result.terminated
-            _hold(right, f"{verb.name!r} terminates: give it ends=True")
-            if (
-                self.state().fingerprint == before.fingerprint
-                and action.name != SEARCH
-                and not result.terminated
-            ):
+            _hold(
+                verb.ends or not result.terminated, f"{verb.name!r} terminates: give it ends=True"
+            )
+            seems = self.state().fingerprint == before.fingerprint and not result.terminated
+            if seems and action.name != SEARCH:
                 same = all(self.step(action).ok for _ in range(_TIMES))  # as the state is the same
-                _hold(same, f"`state()` must show what an action changes: {action}")
+                _hold(same, f"`state` must show what an action changes: {action}")
         ended = not found.actions or not verb.ends or done[-1].terminated
         _hold(ended, f"{verb.name!r} ends the task, but no result says terminated=True: {order}")
         return done
@@ -368,7 +355,7 @@ class _Trial:
     def _undo(self, results: Sequence[StepResult], before: str, orders: Sequence[Order]) -> None:
         """Undo results; the state is back, or it is said what is not."""
         dialogue = DialogueState(to_undo=tuple(results))
-        found = self.call("resolve", Order("undo"), dialogue, self.pick, by=resolve)
+        found = self.call("resolve", Order("undo"), dialogue, self.pick)
         if found == Resolution():
             return
         said = orders_to_text(orders).replace("\n", "; ")
@@ -378,6 +365,27 @@ class _Trial:
         told = bool(found.why) or now.text == before
         both = _both(State(before), now)
         _hold(told, f"`undo` must bring the state back, or say what it cannot: {said!r}{both}")
+
+
+_GIVES: dict[str, tuple[type, str]] = {
+    "state": (State, 'a State("...")'),
+    "offers": (str, "a list of texts"),
+    "answer": (str, "a text"),
+    "checks_met": (Checks, "Checks"),
+    "actions": (Action, "a list of actions"),
+    "serving": (Action, "a list of actions"),
+    "like": (Scenario, "a list of Scenarios"),
+}
+"""What members must give."""
+
+
+def _hold_actions(actions: Sequence[Action]) -> None:
+    """Actions have texts and a whole number."""
+    for each in actions:
+        right = type(each.quantity) is int and _is_list(
+            (each.name, each.target, each.destination), str
+        )
+        _hold(right, f"an action needs texts, with an int as the quantity: {each!r}")
 
 
 def _both(first: State, second: State) -> str:
@@ -402,8 +410,4 @@ def _shared(env: Environment) -> dict[str, str]:
 
 def _hold(law: bool, text: str) -> None:
     if not law:
-        raise _broken(text)
-
-
-def _broken(text: str) -> GoalscopeError:
-    return GoalscopeError(f"The environment breaks a law: {text}.")
+        raise GoalscopeError(f"The environment breaks a law: {text}.")
