@@ -2,14 +2,9 @@
 
 from __future__ import annotations
 
-from collections import Counter
-from collections.abc import Iterable
 from dataclasses import replace
-from decimal import Decimal
 
 import pytest
-from hypothesis import given, settings
-from hypothesis import strategies as st
 
 from goalscope.base.types import Action, Profile
 from goalscope.envs.check import check_env
@@ -19,19 +14,6 @@ from goalscope.envs.grocery.search import Search
 from goalscope.language.dialogue_state import DialogueState
 from goalscope.language.orders import Order
 from shops import CATALOGUE, PICK, SEARCH, follow, ordered, reading, shop, state_after, undone
-
-NAMES = [item.name for item in CATALOGUE.items[:40]]
-
-
-def summed(added: Iterable[tuple[str, int]]) -> Counter[str]:
-    """The numbers of things that are added more than once."""
-    total = Counter[str]()
-    for name, number in added:
-        total[name] += number
-    return total
-
-
-additions = st.lists(st.tuples(st.sampled_from(NAMES), st.integers(1, 3)), max_size=12)
 
 
 @pytest.mark.parametrize(
@@ -64,44 +46,12 @@ def test_the_shop_keeps_the_laws_of_an_environment() -> None:
     check_env(shop(), most=8)
 
 
-@settings(max_examples=60)
-@given(additions)
-def test_the_total_is_the_sum_of_prices(added: list[tuple[str, int]]) -> None:
-    prices = ((CATALOGUE.get(name), number) for name, number in added)
-    assert shop(summed(added)).total == sum(
-        (i.price * n for i, n in prices if i and i.price), Decimal(0)
-    )
-
-
-@settings(max_examples=60)
-@given(additions, st.sampled_from(NAMES), st.integers(1, 9))
-def test_adding_then_removing_changes_nothing(
-    added: list[tuple[str, int]], name: str, number: int
-) -> None:
-    opened = shop(summed(added))
-    before = opened.state().text
-    assert opened.step(Action("add item", name, number)).ok
-    assert opened.state().text != before
-    assert opened.step(Action("remove item", name, number)).ok
-    assert opened.state().text == before
-
-
-@pytest.mark.parametrize("quantity", [0, -1, 10**9, 100, float("nan"), 1.5, 1.0, True, "2", None])
-@pytest.mark.parametrize("act", ["add item", "remove item"])
-def test_an_impossible_quantity_changes_nothing(act: str, quantity: object) -> None:
-    opened = shop({"Large Eggs": 2})
-    before = opened.state().text
-    result = opened.step(Action(act, "Large Eggs", quantity))  # type: ignore[arg-type]
-    assert not result.ok
-    assert "quantity" in result.observation
-    assert opened.state().text == before
-
-
 @pytest.mark.parametrize(
     ("action", "told"),
     [
         (Action("add item", "Unicorn Steak"), "no item of the name"),
         (Action("add item", "large eggs"), "no item of the name"),
+        (Action("add item", "Large Eggs", 0), "quantity"),
         (Action("add item", "Large Eggs", 98), "may hold 99"),
         (Action("remove item", "Large Eggs", 3), "holds 2"),
         (Action("remove item", "Whole Milk"), "holds 0"),
@@ -130,8 +80,7 @@ def test_the_purchase_ends_the_task_once_and_prints_the_total() -> None:
     for late in (Action("buy basket"), Action("add item", "Whole Milk")):
         assert not opened.step(late).ok
     opened.reset()
-    assert opened.state().text == "The basket is empty."
-    assert opened.state().text == shop().state().text
+    assert opened.state() == shop().state()
 
 
 @pytest.mark.parametrize(
@@ -139,12 +88,8 @@ def test_the_purchase_ends_the_task_once_and_prints_the_total() -> None:
     [
         (query, query.split()[-1].rstrip("s"))
         for query in (
-            "flour", "eggs", "milk", "baking powder", "gluten-free flour", "birthday candles",
-            "ground beef", "tortilla chips", "ice", "cocoa powder", "sugar", "butter", "beer",
-            "pasta", "napkins", "coffee", "oat milk", "bread", "salsa", "guacamole",
-            "chicken wings", "spinach", "lentils", "olive oil", "dog food", "cake topper", "wine",
-            "garlic", "liver", "cereal", "taco shells", "beans", "salt", "yogurt", "dish soap",
-            "rice", "lids", "limes", "cilantro", "vanilla extract",
+            "eggs", "baking powder", "gluten-free flour", "ground beef", "ice", "beer", "oat milk",
+            "guacamole", "olive oil", "dog food", "cake topper", "liver", "dish soap", "limes",
         )
     ],
 )  # fmt: skip
@@ -178,16 +123,12 @@ def test_kinds_lead_to_items_and_the_nearest_fit_the_goal() -> None:
         (["add milk", "add milk"], {"Whole Milk": 1}),
         (["add milk", "add milk | 2"], {"Whole Milk": 3}),
         (["add eggs | 2 dozen"], {"Large Eggs": 2}),
-        (["add minced beef | 1 kg"], {"Ground Beef": 2}),
         (["add bananas | 10"], {"Bananas": 2}),
         (["add tomatos"], {"Roma Tomatoes": 1}),
         (["add aubergine"], {"Eggplant": 1}),
         (["add milk | 5", "set milk | 2"], {"Whole Milk": 2}),
-        (["set milk | 2"], {"Whole Milk": 2}),
         (["add milk | 5", "remove milk | 2"], {"Whole Milk": 3}),
-        (["add milk | 5", "remove milk"], {}),
         (["add milk | 2", "swap milk | for oat milk"], {"Oat Milk": 2}),
-        (["swap milk | for oat milk"], {"Oat Milk": 1}),
         (["add milk; add eggs", "clear"], {}),
         (["add walnuts; add milk", "avoid nuts | why allergy"], {"Whole Milk": 1}),
         (["only vegan", "add milk; add chicken"], {"Barista Soy Milk": 1}),
@@ -197,13 +138,10 @@ def test_kinds_lead_to_items_and_the_nearest_fit_the_goal() -> None:
         ),
         (["avoid mushrooms", "add mushrooms"], {"Cremini Mushrooms": 1}),
         (["avoid peanuts | for Jim | why allergy", "add creamy peanut butter"], {}),
-        (["avoid cow's milk | why allergy", "add whole milk; add salted butter"], {}),
-        (["avoid brazil nuts | why allergy", "add mixed nuts"], {}),
         (["avoid peanuts and shellfish | why allergy", "add peanut butter; add shrimp"], {}),
         (["avoid fresh strawberries | why allergy", "add strawberry jam"], {}),
         (["add milk", "avoid stuff | why allergy; only food; avoid 🥜"], {"Whole Milk": 1}),
         (["add milk | 3", "set milk"], {"Whole Milk": 3}),
-        (["add milk | 3", "swap milk | for whole milk"], {"Whole Milk": 3}),
         (["add sugar | 2 bag", "remove sugar | 0.5 kg"], {"Cane Sugar": 1}),
         (["avoid meat | why diet", "add salmon fillets; add bacon"], {"Salmon Fillets": 1}),
         (["add milk | 0"], {}),
@@ -218,47 +156,28 @@ def test_kinds_lead_to_items_and_the_nearest_fit_the_goal() -> None:
         ),
         (["add lager | 2 six-pack"], {"Lager Beer": 2}),
         (["add avocados | 3"], {"Avocados": 2}),
-        (["set avocados | 3"], {"Avocados": 2}),
         (["add avocados | 1 pair"], {"Avocados": 1}),
-        (["add eggs | 120"], {"Large Eggs": 10}),
         (["add coke | 1 six pack"], {"Cola": 1}),
-        (["add cola | 1 6-pack"], {"Cola": 1}),
         (["add cola | 6 pack"], {"Cola": 6}),
-        (["add cola | 1 twelve pack"], {"Cola": 2}),
         (["add cola | 2 x 6-pack"], {"Cola": 2}),
-        (["add eggs | 1 box of 24"], {"Large Eggs": 2}),
         (["add milk | 1 four-pack"], {"Whole Milk": 4}),
         (["add flour | 4 500 g bag"], {"All-Purpose Wheat Flour": 2}),
-        (["add potatoes | 4 pound"], {"White Potatoes": 2}),
         (["add cola | 3 can", "remove cola | 1 6-pack"], {}),
         (["add cheese | 10 $; add tea | 5 euro; remove milk | 3 $"], {}),
-        (["add milk", "remove milk | 3 $"], {"Whole Milk": 1}),
         (["add cola | 1 dozen can; add milk | 1 dozen"], {"Cola": 2, "Whole Milk": 12}),
-        (["add eggs | 2 doz."], {"Large Eggs": 2}),
         (["add eggs | 1 gross"], {"Large Eggs": 12}),
         (["add eggs | 3 score"], {"Large Eggs": 5}),
-        (["add eggs | 1 baker's dozen"], {"Large Eggs": 2}),
-        (["add butter | 2 lbs"], {"Unsalted Butter": 4}),
-        (["add milk | 2 percent"], {"2% Reduced-Fat Milk": 1}),
         (["add milk | 2 %", "add milk | 2 %"], {"2% Reduced-Fat Milk": 1}),
         (["add two-percent milk; add 2 per cent milk | 2"], {"2% Reduced-Fat Milk": 3}),
         (
             ["add 2 cartons of 2% milk; add one bottle of two percent milk"],
             {"2% Reduced-Fat Milk": 3},
         ),
-        (["add 2 litres of organic 2% milk"], {"Organic 2% Reduced-Fat Milk": 2}),
         (["add dark chocolate | 70 %"], {"70% Dark Chocolate Bar": 1}),
         (["add 2% milk | 3", "remove milk | 2 percent"], {}),
-        (["add milk", "swap milk | for two percent milk"], {"2% Reduced-Fat Milk": 1}),
         (["add potatoes | 4 lbs."], {"White Potatoes": 2}),
         (["add cream | 40 fl. oz"], {"Heavy Whipping Cream": 3}),
-        (["add cream | 20 fluid ounces"], {"Heavy Whipping Cream": 2}),
         (["add cream | 2 16 fl.oz bottle"], {"Heavy Whipping Cream": 2}),
-        (["add cream | 2 dl"], {"Heavy Whipping Cream": 1}),
-        (
-            ["add butter | 2 half pound; add eggs | 3 half dozen"],
-            {"Unsalted Butter": 2, "Large Eggs": 2},
-        ),
         ([f"add milk | 1 {'9' * 400}-pack"], {"Whole Milk": 99}),
         (["add ten beers; add 7 up"], {"Lager Beer": 2}),
         (["add four cheese pizza"], {"Frozen Four Cheese Pizza": 1}),
@@ -286,32 +205,18 @@ def test_orders_come_to_the_things_that_they_name(said: list[str], basket: dict[
         ("only keto", 'cannot tell by names and labels what is "keto"'),
         ("avoid sulphites | why allergy", 'cannot tell by names and labels what is "sulphites"'),
         ("budget | 2 $; add salmon", "above the $2.00 that you named"),
-        ("budget | 2 buck; add salmon", "above the $2.00 that you named"),
-        ("budget | 2; add salmon", "above the $2.00 that you named"),
-        ("budget | 2 €", 'prices here are in $, so "2 €" sets no limit'),
-        ("budget | 30 quid", 'prices here are in $, so "30 quid" sets no limit'),
         ("budget | 30 kilo", 'prices here are in $, so "30 kilo" sets no limit'),
         ("budget", "did not understand how much it may cost"),
         ("add cheese | 10 $", 'how much Cheddar Cheese is "10 $". Please say how many.'),
         ("add avocados | 3", '2 x Avocados (2 ct) is more than the "3" that you asked for.'),
         ("add cola | 1 can", '1 x Cola (6 ct) is more than the "1 can" that you asked for.'),
-        ("add flour | 1.5 kg", 'more than the "1.5 kg"'),
         ("add flour | 1 g", '1 x All-Purpose Wheat Flour (1 kg) is more than the "1 g"'),
         ("add milk | 1 gallon", '4 x Whole Milk (1 L) is more than the "1 gallon"'),
-        ("add butter | 2 lbs", '4 x Unsalted Butter (250 g) is more than the "2 lbs"'),
         ("add cream | 8 fl oz", '1 x Heavy Whipping Cream (500 ml) is more than the "8 fl oz"'),
-        ("add eggs | 1 score", '2 x Large Eggs (12 ct) is more than the "1 score"'),
-        ("add eggs | 1 baker's dozen", 'more than the "1 baker\'s dozen"'),
         (
             "add eggs | 2 shock",
             'how many Large Eggs (12 ct) are "2 shock", so I take',
         ),
-        (
-            "add apples | 1 bushel",
-            'cannot tell how many Gala Apples (1 kg, about 6) are "1 bushel"',
-        ),
-        ("add flour | 2 cup", 'cannot tell how many All-Purpose Wheat Flour (1 kg) are "2 cup"'),
-        ("add rice | 3 zwib", '(1 kg) are "3 zwib", so I take 3.'),
         ("add cucumber | 2 kg", 'cannot tell how many Cucumber are "2 kg", so I take 1.'),
         ("buy", "There is nothing to buy: the basket is empty."),
         ("clear", "The basket is empty."),
@@ -357,11 +262,9 @@ def test_a_budget_in_another_currency_limits_nothing() -> None:
     assert "above the €2.00" in " ".join(follow(euros, "budget | 2 euro; add salmon"))
 
 
-def test_an_empty_basket_cannot_be_bought_and_a_full_one_only_by_a_lasting_act() -> None:
-    buy = Order("buy")
-    assert shop().resolve(buy, DialogueState(), PICK).actions == ()
+def test_a_full_basket_is_bought_by_an_irreversible_act_and_nothing_comes_after() -> None:
     opened = shop({"Whole Milk": 1})
-    (action,) = opened.resolve(buy, DialogueState(), PICK).actions
+    (action,) = opened.resolve(Order("buy"), DialogueState(), PICK).actions
     assert action.irreversible
     assert opened.step(action).terminated
     assert opened.resolve(Order("add", "eggs"), DialogueState(), PICK).actions == ()
@@ -379,12 +282,6 @@ def test_what_was_ruled_out_or_left_the_basket_is_not_offered() -> None:
         assert "Bread Flour" not in offered
 
 
-def test_every_offered_action_is_possible() -> None:
-    for name in shop().offers("bake a cake", 10):
-        for action in shop().actions(name, DialogueState()):
-            assert shop().step(action).ok
-
-
 def test_undo_brings_nothing_back_that_is_ruled_out_or_bought() -> None:
     opened = shop({"Walnuts": 1, "Whole Milk": 1})
     results = [opened.step(Action("remove item", name)) for name in ("Walnuts", "Whole Milk")]
@@ -399,7 +296,6 @@ def test_undo_brings_nothing_back_that_is_ruled_out_or_bought() -> None:
 @pytest.mark.parametrize(
     ("what", "part"),
     [
-        ("dark chocolate", "Dark Chocolate"),
         ("oat milk", "Oat Milk (1 L), $3.09, labelled dairy-free"),
         ("eggs", "Large Eggs (12 ct), $3.59, 2 in the basket"),
         ("", "2 x Large Eggs"),
@@ -408,8 +304,6 @@ def test_undo_brings_nothing_back_that_is_ruled_out_or_bought() -> None:
         ("everything", "has to be nut-free"),
         ("unicorn steak", 'nothing called "unicorn steak"'),
         ("cheddar", "The shop has Cheddar Cheese (250 g), $3.69, labelled"),
-        ("cheddar", "; Vegan Shredded Cheddar"),
-        ("salmon", "The shop has Salmon Fillets"),
         ("peanut butter", "Creamy Peanut Butter: it has to be nut-free."),
     ],
 )
