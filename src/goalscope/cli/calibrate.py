@@ -9,9 +9,10 @@ from typing import TYPE_CHECKING, Annotated, Any, NamedTuple
 
 import typer
 
+from goalscope.base.text import terminal_safe
 from goalscope.base.types import InvalidInputError, pluralize
 from goalscope.cli.options import Json
-from goalscope.cli.terminal import console, progress
+from goalscope.cli.terminal import console, progress, say
 
 if TYPE_CHECKING:
     from goalscope.experiment.fit_calibration import Observed
@@ -131,9 +132,8 @@ def _observed(way: Way, cells: Cells, *, saves: bool) -> list[Observed]:
     from goalscope.experiment.fit_calibration import observed_in
 
     if learned := sum(bool(result.get("learned")) for _, result in cells):
-        console(stderr=True).print(
-            f"Left out: {pluralize(learned, 'dialogue')} that the adapter was trained on."
-        )
+        left = pluralize(learned, "dialogue")
+        say(f"Left out: {left} that the adapter was trained on.", stderr=True)
     found = observed_in(cells)
     people = len({each.group for each in found})
     if people < 3:
@@ -214,9 +214,6 @@ def _show(way: Way, made: Mapping[str, Any], files: Sequence[str]) -> None:
     from rich.box import SIMPLE_HEAD
     from rich.table import Table as Grid
 
-    from goalscope.base.text import terminal_safe
-
-    out = console()
     dialogues = ", ".join(f"{n} of {name}" for name, n in made["dialogues"].items())
     grid = Grid(
         title=terminal_safe(f"{way.name}: {dialogues}"), title_justify="left", box=SIMPLE_HEAD
@@ -227,28 +224,24 @@ def _show(way: Way, made: Mapping[str, Any], files: Sequence[str]) -> None:
         shares = [f"{100 * share:.1f} %" for share in row["coverage"] or ()] or ["", ""]
         size = "" if row["size"] is None else f"{row['size']:.1f}"
         grid.add_row(name, f"{row['log_loss']:.3f}", f"{row['auroc']:.3f}", *shares, size)
-    out.print(grid)
+    console().print(grid)
     fitted = made["calibration"]
     saved = f"saved in {' and '.join(files)}." if files else "not saved."
-    out.print(
-        terminal_safe(
-            f"temperature {fitted['temperature']:g}, reference {fitted['reference']:g}, "
-            f"switching {fitted['switching']:g}; {saved}"
-        )
+    say(
+        f"temperature {fitted['temperature']:g}, reference {fitted['reference']:g}, "
+        f"switching {fitted['switching']:g}; {saved}"
     )
     if best := made["better"]:
         loss, least = (made["quality"][name]["log_loss"] for name in (HELD_OUT, best))
         said = f'By log-loss, "{best}" ({least:.3f}) is better than the calibration fitted on '
         said += f"other people ({loss:.3f}). More dialogues may change that."
-        out.print(terminal_safe(said, "yellow"), soft_wrap=True)
-    out.print(
-        terminal_safe(
-            "Log-loss is averaged over cases with the true goal among the goals and cases "
-            "without it, where Unspecified is true. Held out: calibrated on dialogues of "
-            f"other people; {OWN} may have been fitted on some of these. 90 % set: how often "
-            "the conformal set holds the truth, with the true goal present and absent.",
-            "dim",
-        )
+        say(said, "yellow")
+    note = (
+        "Log-loss is averaged over cases with the true goal among the goals and cases without it, "
+        "where Unspecified is true. Held out: calibrated on dialogues of other people; "
+        f"{OWN} may have been fitted on some of these. 90 % set: how often the conformal set "
+        "holds the truth, with the true goal present and absent."
     )
+    console().print(terminal_safe(note, "dim"))
     if not files:
-        out.print("--out FILE writes it for --calibration; --save makes it this model's own.")
+        say("--out FILE writes it for --calibration; --save makes it this model's own.")

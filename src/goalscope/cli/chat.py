@@ -11,9 +11,10 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 import typer
 
+from goalscope.base.text import terminal_safe
 from goalscope.base.types import Goal, GoalscopeError, InvalidInputError, checked_text, pluralize
 from goalscope.cli import options
-from goalscope.cli.terminal import console, settings_model, spinner
+from goalscope.cli.terminal import console, say, settings_model, spinner
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -157,7 +158,7 @@ def chat(
                 raise typer.Exit from None
             show_summary(out, session.info)
             if session.info.ended != "terminated":
-                out.print(more_rounds(session.info, settings.rounds), soft_wrap=True)
+                say(more_rounds(session.info, settings.rounds))
 
 
 def run(
@@ -239,7 +240,6 @@ def _run_one(session: Session, draw: Callable[[], None], *, quiet: bool, brief: 
     """Run a simulated episode; print each round if it is the only one."""
     import time
 
-    from goalscope.base.text import terminal_safe
     from goalscope.cli.display import (
         show_checks,
         show_header,
@@ -272,7 +272,6 @@ def _run_one(session: Session, draw: Callable[[], None], *, quiet: bool, brief: 
 
 def correct(out: Console, session: Session, line: str) -> None:
     """Run a chat command, a line that begins with a slash, and show the belief."""
-    from goalscope.base.text import terminal_safe
     from goalscope.belief.explain import reasons
     from goalscope.cli.display import show_belief, show_reasons
 
@@ -333,8 +332,6 @@ def _read_words(out: Console, query: str, command: Callable[[str], object]) -> s
     Raises:
         EOFError: The person leaves.
     """
-    from goalscope.base.text import terminal_safe
-
     out.print(terminal_safe("Agent  ", "cyan").append_text(terminal_safe(query)))
     while True:
         words = input("You    ")
@@ -384,7 +381,7 @@ def _environment(settings: Settings, person: Profile | None) -> Generator[Enviro
 
     with open_environment(settings, person) as env:
         for note in domain_named(settings.domain).notes(env):
-            console(stderr=True).print(note, style="dim")
+            say(note, "dim", stderr=True)
         yield env
 
 

@@ -9,9 +9,10 @@ from typing import Annotated
 
 import typer
 
+from goalscope.base.text import terminal_safe
 from goalscope.base.types import pluralize
 from goalscope.cli.options import Json
-from goalscope.cli.terminal import console
+from goalscope.cli.terminal import console, say
 
 data = typer.Typer(
     no_args_is_help=True,
@@ -27,14 +28,10 @@ Folder = Annotated[
 
 
 @data.command(name="list")
-def list_datasets(
-    folder: Folder = None,
-    as_json: Json = False,
-) -> None:
+def list_datasets(folder: Folder = None, as_json: Json = False) -> None:
     """List the datasets: contents, sources, and the files found."""
     from rich.table import Table
 
-    from goalscope.base.text import terminal_safe
     from goalscope.datasets import DATASETS, named_folder
 
     folder = named_folder(folder)
@@ -55,21 +52,18 @@ def list_datasets(
         ]
         print(json.dumps(rows))
         return
-    out = console()
     for dataset in DATASETS.values():
-        out.print(terminal_safe(f"{dataset.name}: {dataset.title}", "bold"), soft_wrap=True)
-        lines = [f"{dataset.what}; licence: {dataset.licence}", f"from {dataset.source}"]
-        lines += [f"goal sets: {', '.join(dataset.goal_sets)}"] if dataset.goal_sets else []
-        for line in lines:
-            out.print(terminal_safe(f"  {line}"), soft_wrap=True)
+        say(f"{dataset.name}: {dataset.title}", "bold")
+        say(f"  {dataset.what}; licence: {dataset.licence}\n  from {dataset.source}")
+        if dataset.goal_sets:
+            say(f"  goal sets: {', '.join(dataset.goal_sets)}")
         table = Table.grid(padding=(0, 2))
         for split, path in dataset.files.items():
             name = f"{split} (default)" if split == dataset.split else split
             table.add_row("", name, "there" if there(path) else "missing", terminal_safe(path))
-        out.print(table)
+        console().print(table)
     where = f"in {folder}" if folder else "in the folder that --data or GOALSCOPE_DATA names"
-    closing = f"The files belong {where}. goalscope does not download them."
-    out.print(terminal_safe(closing), soft_wrap=True)
+    say(f"The files belong {where}. goalscope does not download them.")
 
 
 @data.command()
@@ -92,7 +86,6 @@ def export(
 
     `infer`, `bench dialogues --jsonl` and `fit` read such files.
     """
-    from goalscope.base.text import terminal_safe
     from goalscope.datasets import data_folder, load, write_cases
 
     set, _, split = name.partition(":")
@@ -106,5 +99,4 @@ def export(
         limit=limit,
     )
     write_cases(found, out)
-    told = f"{out}: {pluralize(len(found), 'dialogue')}"
-    console(stderr=True).print(terminal_safe(told), soft_wrap=True)
+    say(f"{out}: {pluralize(len(found), 'dialogue')}", stderr=True)

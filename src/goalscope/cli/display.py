@@ -29,7 +29,7 @@ if TYPE_CHECKING:
 BAR = 20
 SHOWN = 8
 LEAST_CHANGE = 0.01  # chance of a change of mind
-FIRST_WORDS = 22  # cells that they get before other columns
+FIRST_WORDS = 22  # cells that they get before columns that are of less use
 
 
 def show_header(console: Console, info: EpisodeInfo) -> None:
@@ -159,7 +159,7 @@ def show_scores(console: Console, scored: Sequence[Scored]) -> None:
 def show_episodes(console: Console, infos: Sequence[EpisodeInfo]) -> None:
     """Print a table of stored episodes, with fewer columns on a narrow terminal.
 
-    What the person said first is cut to the room that is left.
+    What the person said first is cut to the cells that are left.
     """
     if not infos:
         console.print("There are no episodes yet. `goalscope chat` starts one.")
@@ -181,32 +181,26 @@ def show_episodes(console: Console, infos: Sequence[EpisodeInfo]) -> None:
     }
     if not any(columns["score"]):
         del columns["score"]
-    heading = "first words"
-    words = [terminal_safe(info.first_words) for info in infos]
-    longest = max(each.cell_len for each in words)
+    heading, words = "first words", [info.first_words for info in infos]
+    longest = max(terminal_safe(each).cell_len for each in words)
     wanted = longest and max(len(heading), min(FIRST_WORDS, longest)) + 2
-
-    def room() -> int:
-        taken = (max(map(len, (name, *each))) + 2 for name, each in columns.items())
-        return console.width - 1 - sum(taken)
-
+    widths = {name: max(map(len, (name, *cells))) + 2 for name, cells in columns.items()}
     for least in ("method", "ended", "domain", "started (UTC)", "score"):
-        if room() >= wanted:
+        if sum(widths.values()) + wanted < console.width:
             break
-        columns.pop(least, None)
+        widths.pop(least, None)
     table = Table(box=SIMPLE_HEAD, padding=(0, 1, 0, 0))
-    for name in columns:
+    for name in widths:
         numbers = name in ("rounds", "score")
         overflow = "ellipsis" if table.columns else "fold"  # the first is what one must type
         table.add_column(name, justify="right" if numbers else "left", overflow=overflow)
-    rows = [[*map(terminal_safe, row)] for row in zip(*columns.values(), strict=True)]
-    if wanted and room() >= len(heading):
-        table.add_column(heading, no_wrap=True)
-        for row, each in zip(rows, words, strict=True):
-            each.truncate(room() - 2, overflow="ellipsis")
-            row.append(each)
-    for row in rows:
-        table.add_row(*row)
+    cells = [columns[name] for name in widths]
+    left = console.width - 3 - sum(widths.values())
+    if wanted and left >= len(heading):
+        table.add_column(heading, no_wrap=True, overflow="ellipsis", max_width=left)
+        cells.append(words)
+    for row in zip(*cells, strict=True):
+        table.add_row(*map(terminal_safe, row))
     console.print(table)
 
 

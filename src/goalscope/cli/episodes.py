@@ -11,7 +11,7 @@ import typer
 
 from goalscope.base.types import InvalidInputError, pluralize
 from goalscope.cli.options import Json, StoreFile
-from goalscope.cli.terminal import console
+from goalscope.cli.terminal import console, say
 
 if TYPE_CHECKING:
     from goalscope.agent.round import Round
@@ -45,7 +45,7 @@ def episodes(
     if as_json:
         print(json.dumps([asdict(info) | {"model": model_shown(info.model)} for info in infos]))
     elif not infos and (text or domain):
-        console().print("No stored episode fits. `goalscope episodes` lists them all.")
+        say("No stored episode fits. `goalscope episodes` lists them all.")
     else:
         show_episodes(console(), infos)
 
@@ -57,11 +57,9 @@ def replay(id: Episode, store: StoreFile = None, as_json: Json = False) -> None:
     log_likelihood (a row for each turn, nats), and the probability of each goal. The method
     no-inference has no evidence (inferred is false): its log_prior holds the model's order.
     """
-    from goalscope.base.text import terminal_safe
     from goalscope.cli.display import show_header, show_round, show_summary
     from goalscope.storage.store import Store
 
-    out = console()
     with Store.open(store, new=False) as opened:
         info = opened.episode(id)
         rounds = opened.rounds(info.id)
@@ -69,13 +67,14 @@ def replay(id: Episode, store: StoreFile = None, as_json: Json = False) -> None:
     if as_json:
         print(json.dumps(_episode_json(info, rounds)))
         return
+    out = console()
     show_header(out, info)
     before = None
     for round in rounds:
         show_round(out, round, before)
         before = round.belief
     if corrections:
-        out.print(terminal_safe(corrections), soft_wrap=True)
+        say(corrections)
     show_summary(out, info)
 
 
@@ -99,7 +98,6 @@ def why(
     is over the current goals; if goals were added or removed since, the round itself showed a
     different belief, which --round explains.
     """
-    from goalscope.base.text import terminal_safe
     from goalscope.belief.explain import reasons
     from goalscope.cli.display import show_reasons
     from goalscope.storage.store import Store, dumps
@@ -128,7 +126,7 @@ def why(
     else:
         show_reasons(console(), chosen, found, pinned=belief.pinned)
     if corrections:
-        console(stderr=True).print(terminal_safe(corrections), soft_wrap=True)
+        say(corrections, stderr=True)
 
 
 def _episode_json(info: EpisodeInfo, rounds: Sequence[Round]) -> dict[str, Any]:
@@ -174,10 +172,8 @@ def _chosen(belief: Belief, text: str | None) -> Goal:
     known = [each for each in belief.goals if each.text.casefold() == wanted]
     known = known or [each for each in belief.goals if each.text.casefold().startswith(wanted)]
     if len(known) != 1:
-        from goalscope.base.text import terminal_safe
-
         for each in belief.goals:
-            console(stderr=True).print(terminal_safe(f"- {each.text}"), soft_wrap=True)
+            say(f"- {each.text}", stderr=True)
         what = "Several of these goals begin" if known else "None of these goals begins"
         raise InvalidInputError(f"{what} with {text!r}.")
     return known[0]

@@ -13,7 +13,7 @@ import typer
 
 from goalscope.base.types import InvalidInputError, pluralize
 from goalscope.cli.options import Json, Layout, Seed
-from goalscope.cli.terminal import console, loading, model_names, progress
+from goalscope.cli.terminal import loading, model_names, progress, say
 
 if TYPE_CHECKING:
     from goalscope.models.torch.model import Transformers
@@ -103,7 +103,7 @@ def fit(
         seed=seed,
     )
     read = [read_source(name, data) for name in sources]
-    err, out = console(stderr=True), out.resolve()
+    out = out.resolve()
     base, layout = base_of(model), layout or DEFAULT_LAYOUT
     plan = Plan(read, out, settings, start=begin, layout=layout, base=base)
     engine = engine_of(model, device)
@@ -115,17 +115,19 @@ def fit(
             for each in plan.run(engine, command=command):
                 show(each.step, steps)
                 if each.validation is None and not began and not as_json:
-                    err.print(f"Resumed after step {each.step}.")
+                    say(f"Resumed after step {each.step}.", stderr=True)
                 began = True
                 if (found := each.validation) and not as_json:
-                    err.print(
+                    say(
                         f"step {found.step:4}  loss {found.loss:.3f}  "
                         f"log-loss {found.log_loss:.3f}  "
-                        f"top-1 {found.top1:4.0%}  AUROC {found.auroc:.3f}"
+                        f"top-1 {found.top1:4.0%}  AUROC {found.auroc:.3f}",
+                        stderr=True,
                     )
     except KeyboardInterrupt:
         if (out / "state.pt").exists():
-            err.print("Interrupted. The same command resumes, and repeats at most ten steps.")
+            again = "Interrupted. The same command resumes, and repeats at most ten steps."
+            say(again, stderr=True)
         raise
     finally:
         engine.close()
@@ -173,24 +175,17 @@ def engine_of(model: str | None, device: str | None) -> Transformers:
 
 def _show(facts: Mapping[str, Any], out: Path) -> None:
     """Print the figures of a finished fit, and how to use the adapter."""
-    from goalscope.base.text import terminal_safe
-
     best, first, number = facts["best"], facts["history"][0], facts["validated"]
     figures = (("log-loss", "log_loss", ".3f"), ("top-1", "top1", ".0%"), ("AUROC", "auroc", ".3f"))
     told = ", ".join(f"{name} {best[k]:{form}} ({first[k]:{form}})" for name, k, form in figures)
-    console().print(
-        terminal_safe(
-            f"{out}: lowest loss at step {best['step']}, {best['loss']:.3f} (before "
-            f"{first['loss']:.3f}), {told} on {pluralize(number, 'dialogue')}"
-        ),
-        soft_wrap=True,
+    say(
+        f"{out}: lowest loss at step {best['step']}, {best['loss']:.3f} (before "
+        f"{first['loss']:.3f}), {told} on {pluralize(number, 'dialogue')}"
     )
-    err = console(stderr=True)
     if number < FEW:
-        err.print(
-            f"A validation on fewer than {FEW} dialogues is not reliable. Use more dialogues."
-        )
+        few = f"A validation on fewer than {FEW} dialogues is not reliable. Use more dialogues."
+        say(few, stderr=True)
     if not best["step"]:
-        err.print("No step lowered the loss, so the adapter has the weights that it started from.")
-    use = f"Use it with: goalscope infer FILE --out OUT --adapter {out}"
-    err.print(terminal_safe(use), style="dim", soft_wrap=True)
+        none = "No step lowered the loss, so the adapter has the weights that it started from."
+        say(none, stderr=True)
+    say(f"Use it with: goalscope infer FILE --out OUT --adapter {out}", "dim", stderr=True)

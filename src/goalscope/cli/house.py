@@ -8,10 +8,9 @@ from typing import Annotated, Any
 
 import typer
 
-from goalscope.base.text import terminal_safe
 from goalscope.base.types import InvalidInputError, pluralize
 from goalscope.cli.options import Json
-from goalscope.cli.terminal import console
+from goalscope.cli.terminal import say
 
 house = typer.Typer(no_args_is_help=True, rich_markup_mode=None, help="The home robot's rooms.")
 
@@ -37,7 +36,7 @@ def scenes(as_json: Json = False) -> None:
     for row in rows:
         broken = f"cannot be used: {row.get('error')}"
         text = pluralize(row["objects"], "object") if "objects" in row else broken
-        console().print(terminal_safe(f"{row['name']}  {text}"))
+        say(f"{row['name']}  {text}")
 
 
 @house.command()
@@ -51,7 +50,7 @@ def show(
 
     room = RoomMap(HouseController(scene).last_event.metadata)
     if svg is None:
-        console().print(terminal_safe(room.text()))
+        say(room.text())
         return
     try:
         svg.write_text(room.svg(), encoding="utf-8")

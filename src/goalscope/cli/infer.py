@@ -18,7 +18,7 @@ from goalscope.cli.options import (
     Tokenizer,
     check_likelihood,
 )
-from goalscope.cli.terminal import console, model_names, opened_model, progress
+from goalscope.cli.terminal import model_names, opened_model, progress, say
 
 
 def infer(
@@ -48,7 +48,7 @@ def infer(
     from hashlib import sha256
 
     from goalscope.agent.settings import Settings, likelihood_for, load_likelihood
-    from goalscope.base.text import model_shown, terminal_safe
+    from goalscope.base.text import model_shown
     from goalscope.belief.calibration import calibration_named
     from goalscope.belief.likelihood import RolePlay
     from goalscope.datasets.case import read_cases
@@ -93,9 +93,7 @@ def infer(
                     ):
                         cut.append(dialogue.id)
     if cut:
-        console(stderr=True).print(
-            terminal_safe(f"Too long for the model, so the oldest turns were left out: {cut}")
-        )
+        say(f"Too long for the model, so the oldest turns were left out: {cut}", stderr=True)
     turns = sum(len(dialogue.turns) for dialogue in dialogues)
     held = f"{pluralize(len(dialogues), 'dialogue')}, {pluralize(turns, 'turn')}"
-    console(stderr=True).print(terminal_safe(f"{out}: {held}"), soft_wrap=True)
+    say(f"{out}: {held}", stderr=True)

@@ -8,13 +8,13 @@ import logging
 import os
 import sys
 from contextlib import suppress
-from difflib import get_close_matches
 from pathlib import Path
 from typing import Annotated, Any
 
 import typer
 from typer.core import TyperGroup
 
+from goalscope.base.text import terminal_safe
 from goalscope.base.types import GoalscopeError, InvalidInputError
 from goalscope.base.user_dirs import NOWHERE
 from goalscope.cli.calibrate import calibrate
@@ -40,30 +40,16 @@ def _interrupted(error: BaseException | None) -> bool:
 
 
 def _print_error(text: str) -> None:
-    from goalscope.base.text import terminal_safe
-
     with suppress(OSError):  # the exit code still tells
         typer.echo(terminal_safe("Error: " + " ".join(text.split())).plain, err=True)
-
-
-_REMEDIES = {
-    errno.ENAMETOOLONG: "Use a shorter name.",
-    errno.ENOSPC: "Free some space, or name a place on another disk.",
-    errno.EDQUOT: "Free some space, or name a place on another disk.",
-    errno.EACCES: "Name a place that you may use, or ask for the permission.",
-    errno.EPERM: "Name a place that you may use, or ask for the permission.",
-    errno.EROFS: "Name a place that can be written to.",
-    errno.EISDIR: "Name a file, not a folder.",
-    errno.ENOTDIR: "A part of the path is a file; name a folder there.",
-    errno.ENOENT: "Check the path.",
-    errno.EMFILE: "Close some files, or raise the limit with `ulimit -n`.",
-}
 
 
 def _explained(error: OSError) -> str:
     """What the system refused, and what to do about it."""
     cause = error.strerror or str(error) or type(error).__name__
-    remedy = _REMEDIES.get(error.errno or 0, "Check the path, or name another one.")
+    remedy = "Check the path and who may use it, or name another one."
+    if error.errno in (errno.ENOSPC, errno.EDQUOT):
+        remedy = "Free some space, or name a place on another disk."
     name = f": {os.fsdecode(error.filename)}" if isinstance(error.filename, str | bytes) else ""
     return f"{cause}{name}. {remedy}"
 
@@ -118,14 +104,6 @@ class _Commands(TyperGroup):
                 raise typer.Exit(1) from None
             raise
 
-    def resolve_command(self, ctx: Any, args: list[str]) -> Any:
-        """Find the command, or suggest those with a similar name."""
-        if self.get_command(ctx, args[0]) is None:
-            near = get_close_matches(args[0], self.commands, cutoff=0.65)
-            hint = f" Did you mean {' or '.join(near)}?" if near else ""
-            ctx.fail(f"No such command {args[0]!r}.{hint}")
-        return super().resolve_command(ctx, args)
-
 
 app = typer.Typer(
     cls=_Commands,
@@ -168,8 +146,6 @@ class _Lines(logging.Formatter):
     """Indents all lines of a record but the first, so that none can pass for another record."""
 
     def format(self, record: logging.LogRecord) -> str:
-        from goalscope.base.text import terminal_safe
-
         return terminal_safe(super().format(record)).plain.replace("\n", "\n    ")
 
 

@@ -9,7 +9,7 @@ import typer
 
 from goalscope.base.types import GoalscopeError, InvalidInputError
 from goalscope.cli.options import Adapter, Json, Model, Scorer, StoreFile, Tokenizer, Writer
-from goalscope.cli.terminal import console, model_names, opened_model
+from goalscope.cli.terminal import model_names, opened_model, say
 
 PACKAGES = (
     *("goalscope", "numpy", "wordllama"),
@@ -38,7 +38,7 @@ def list_models(as_json: Json = False) -> None:
         print(json.dumps(rows))
         return
     for row in rows:
-        _say(f"{row['megabytes']:7,.0f} MB  {row['path']}")
+        say(f"{row['megabytes']:7,.0f} MB  {row['path']}")
 
 
 @models.command()
@@ -76,7 +76,7 @@ def pull(
         raise InvalidInputError(f"{repository} is not a repository of the form OWNER/NAME.")
     path = pull_file(repository, file)
     print(path)
-    console(stderr=True).print(f"Use it with: goalscope chat --model {path}", style="dim")
+    say(f"Use it with: goalscope chat --model {path}", "dim", stderr=True)
 
 
 def doctor(
@@ -156,13 +156,7 @@ def _report(report: dict[str, Any], as_json: bool) -> None:
             else:
                 lines = [f"{value:.3g}" if isinstance(value, float) else str(value)]
             for line in lines:
-                _say(f"{key:36}{model_shown(line)}")
+                say(f"{key:36}{model_shown(line)}")
                 key = ""
     if report["problems"]:
         raise typer.Exit(1)
-
-
-def _say(line: str) -> None:
-    from goalscope.base.text import terminal_safe
-
-    console().print(terminal_safe(line), soft_wrap=True)

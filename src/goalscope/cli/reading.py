@@ -14,7 +14,7 @@ import typer
 from goalscope.base.types import InvalidInputError
 from goalscope.cli.options import Json, Model, ReadingAdapter, ReadingForm
 from goalscope.cli.tables import show_tables
-from goalscope.cli.terminal import console, loading, model_names, progress
+from goalscope.cli.terminal import loading, model_names, progress, say
 
 if TYPE_CHECKING:
     from goalscope.experiment.reading_scores import Language, Line
@@ -55,7 +55,6 @@ def bench_reading(
     [{"do", "what", "quantity", "unit", "for", "where", "if"}]}. A message is exact if all its
     orders are right; F1 compares orders by verb and target.
     """
-    from goalscope.base.text import terminal_safe
     from goalscope.experiment.reading_scores import (
         asking,
         differs,
@@ -132,21 +131,17 @@ def bench_reading(
         for name, each in found.items()
     ]
     show_tables([Table("reading", "Messages read", rows)], as_json)
-    out = console()
-    out.print(f"Median time per message: {median:.2f} s. Not read: {found['all'].unread:.1%}.")
+    say(f"Median time per message: {median:.2f} s. Not read: {found['all'].unread:.1%}.")
     for each in costs:
-        out.print(
+        say(
             f"Asking below {each.threshold:g} nats: {each.asked:.1%} of the orders, "
             f"{each.right_asked:.1%} of that right; {each.wrong_done:.1%} of the rest wrong."
         )
     for line, read in wrong:
-        out.print(terminal_safe(f"\n{line.id}  {line.message}"), soft_wrap=True)
-        out.print(
-            terminal_safe(f"  right  {orders_to_text(line.orders)}".replace("\n", "; ")),
-            soft_wrap=True,
-        )
         told = "nothing" if read is None else orders_to_text(read)
-        out.print(terminal_safe(f"  read   {told}".replace("\n", "; ")), soft_wrap=True)
+        say(f"\n{line.id}  {line.message}")
+        say(f"  right  {orders_to_text(line.orders)}".replace("\n", "; "))
+        say(f"  read   {told}".replace("\n", "; "))
 
 
 def languages_of(domains: Sequence[str] | None) -> dict[str, Language]:

@@ -10,6 +10,7 @@ import typer
 
 from goalscope.base.types import pluralize
 from goalscope.cli.options import Json
+from goalscope.cli.terminal import say
 
 
 def report(
@@ -28,7 +29,6 @@ def report(
 
     With --json, the tables are printed, and files are written only if --out is given.
     """
-    from goalscope.base.text import terminal_safe
     from goalscope.report import read_report, write_report
 
     file = out or (None if as_json else _beside(source))
@@ -40,7 +40,7 @@ def report(
         if section.done < section.planned
     ]
     for line in said:
-        typer.echo(terminal_safe(line).plain, err=True)
+        say(line, stderr=True)
     if file:
         write_report(found, file)
     if as_json:
@@ -54,11 +54,7 @@ def report(
         return
     tables = sum(len(section.tables) for section in found.sections)
     figures = sum(len(section.figures) for section in found.sections)
-    typer.echo(
-        terminal_safe(
-            f"{file}: {pluralize(tables, 'table')}, {pluralize(figures, 'figure')}."
-        ).plain
-    )
+    say(f"{file}: {pluralize(tables, 'table')}, {pluralize(figures, 'figure')}.")
 
 
 def _beside(source: Path) -> Path:

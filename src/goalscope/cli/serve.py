@@ -21,7 +21,7 @@ from goalscope.cli.options import (
     Writer,
     calibration_file,
 )
-from goalscope.cli.terminal import console, model_names, settings_model
+from goalscope.cli.terminal import console, model_names, say, settings_model
 
 if TYPE_CHECKING:
     from goalscope.models import OpenModel
@@ -134,15 +134,12 @@ def serve(
             named = [*map(load_domain, domains or BUILT_IN)]
             app = create_app(episodes, engine, settings, named)
             guarded = Guard(app, hosts=names | {*(name or ())}, key=key)
-            out = console()
             listening.listen()  # so that who reads the address now is not refused
-            secret = key if out.is_terminal else "KEY"  # what is no terminal may be a log
-            out.print(
-                f"goalscope is running at http://{shown}:{port}/?key={secret}", soft_wrap=True
-            )
+            secret = key if console().is_terminal else "KEY"  # what is no terminal may be a log
+            say(f"goalscope is running at http://{shown}:{port}/?key={secret}")
             if file:
-                out.print(f"The key is saved in {file}.", style="dim", soft_wrap=True)
-            out.print("Press Ctrl-C to stop; everything is saved.", style="dim")
+                say(f"The key is saved in {file}.", "dim")
+            say("Press Ctrl-C to stop; everything is saved.", "dim")
             config = uvicorn.Config(
                 guarded,
                 log_config=None,  # ours, which no text can forge

@@ -11,7 +11,7 @@ import typer
 
 from goalscope.base.types import InvalidInputError, pluralize
 from goalscope.cli.options import Json, StoreFile
-from goalscope.cli.terminal import console
+from goalscope.cli.terminal import say
 
 if TYPE_CHECKING:
     from goalscope.storage.store import Store
@@ -64,7 +64,7 @@ def new(
             f" Participants will read what real people said in {real} of the episodes. Make sure "
             "that these people agree."
         )
-    console().print(told, soft_wrap=True)
+    say(told)
 
 
 @study.command(name="list")

@@ -8,6 +8,8 @@ from contextlib import AbstractContextManager, contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from goalscope.base.text import terminal_safe
+
 if TYPE_CHECKING:
     from rich.console import Console
     from rich.status import Status
@@ -25,6 +27,11 @@ def console(*, stderr: bool = False) -> Console:
     from rich.console import Console
 
     return Console(stderr=stderr, highlight=False, markup=False, emoji=False)
+
+
+def say(text: str, style: str = "", *, stderr: bool = False) -> None:
+    """Print a text, which may be anybody's, without breaking its lines."""
+    console(stderr=stderr).print(terminal_safe(text, style), soft_wrap=True)
 
 
 def spinner(out: Console, words: str) -> Status:
@@ -50,8 +57,6 @@ def progress(what: str) -> Generator[Callable[[int, int], None]]:
         TimeRemainingColumn,
     )
 
-    from goalscope.base.text import terminal_safe
-
     columns = (
         TextColumn("{task.description}", markup=False),
         BarColumn(),
@@ -71,7 +76,7 @@ def progress(what: str) -> Generator[Callable[[int, int], None]]:
             bar.update(task, completed=done, total=total)
             if not out.is_terminal and done and time.monotonic() >= last + LINES:
                 last = time.monotonic()
-                out.print(terminal_safe(f"{what}: {done:,} of {total:,}"), soft_wrap=True)
+                say(f"{what}: {done:,} of {total:,}", stderr=True)
 
         yield show
 
@@ -95,7 +100,7 @@ def opened_model(names: Mapping[str, str | None]) -> Generator[ModelSet]:
         servers = [getattr(part, "server", None) for part in (engine.generator, engine.scorer)]
         for server in dict.fromkeys(filter(None, servers)):
             if server.usage.requests:
-                console(stderr=True).print(f"{server.url}: {server.usage}", style="dim")
+                say(f"{server.url}: {server.usage}", "dim", stderr=True)
 
 
 def settings_model(settings: Settings) -> AbstractContextManager[ModelSet]:

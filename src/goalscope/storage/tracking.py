@@ -64,39 +64,19 @@ class Tracked:
         return self.info.id
 
     @property
-    def task(self) -> str:
-        """The assistant's task."""
-        return self.info.task
-
-    @property
-    def closed(self) -> bool:
-        """Whether no turn can follow."""
-        return self.info.ended is not None
-
-    @property
     def turns(self) -> tuple[Turn, ...]:
         """The dialogue so far."""
         return tuple(round.turn for round in self.rounds)
 
     @property
     def last(self) -> Round:
-        """The newest round, or `start`."""
+        """The newest round, or `start`, with the corrections since."""
         return (self.start, *self.rounds)[-1]
 
     @property
     def belief(self) -> Belief:
-        """Over the goals and `UNSPECIFIED`, with the corrections since the last turn."""
+        """Over the goals and `UNSPECIFIED`."""
         return self.last.belief
-
-    @property
-    def changes(self) -> tuple[GoalChange, ...]:
-        """Goals that came, went or were confirmed with the last turn and since."""
-        return self.last.changes
-
-    @property
-    def notes(self) -> tuple[str, ...]:
-        """Notes about how the last turn was understood."""
-        return self.last.notes
 
     @property
     def advice(self) -> Advice:
@@ -223,7 +203,7 @@ class Trackers:
                 raise ConflictError(f"A session has at most {MAX_TURNS} turns. Open another one.")
             model, tracker = self._resume(session)
             tracker.observe(said.query, said.utterance)
-            corrections = () if rounds else session.changes
+            corrections = () if rounds else session.last.changes
             changes = _manage(session, model, tracker, corrections)
             round = Round(
                 number=turn,
@@ -311,7 +291,7 @@ class Trackers:
 
     def _resume(self, session: Tracked) -> tuple[Model, GoalTracker]:
         """The model, and a tracker in the state of the session."""
-        if session.closed:
+        if session.info.ended:
             raise ConflictError("This session is closed. Open another one.")
         model = self._model()
         if model_name(model) != session.info.model:
@@ -320,7 +300,7 @@ class Trackers:
                 "Open another one."
             )
         likelihood = likelihood_for(settings_of(session.info.settings), model)
-        tracker = GoalTracker(task=session.task, likelihood=likelihood)
+        tracker = GoalTracker(task=session.info.task, likelihood=likelihood)
         tracker.restore(session.belief, session.turns)
         return model, tracker
 

@@ -265,8 +265,9 @@ class TrackerView(BaseModel):
     @classmethod
     def of(cls, tracked: Tracked, *, top: int | None = None) -> TrackerView:
         """The view of a session, with at most so many goals."""
-        advice, because = (None, None) if tracked.closed else tracked.advised
-        belief, notes = BeliefView.of(tracked.belief), list(tracked.notes)
+        closed = tracked.info.ended is not None
+        advice, because = (None, None) if closed else tracked.advised
+        belief, notes = BeliefView.of(tracked.belief), list(tracked.last.notes)
         if top is not None and (count := len(belief.goals)) > top:
             notes.append(f"Of {count} goals, the {top} likeliest are shown.")
             belief.goals = belief.goals[:top]
@@ -275,15 +276,15 @@ class TrackerView(BaseModel):
                 belief.set_90 = None
         return cls(
             id=tracked.id,
-            task=tracked.task,
+            task=tracked.info.task,
             turn=len(tracked.turns),
             advice=advice,
             because=because,
             in_words=in_words(tracked.belief, tracked.turns, doubted=advice not in ("act", None)),
             belief=belief,
-            changes=[*map(ChangeView.model_validate, tracked.changes)],
+            changes=[*map(ChangeView.model_validate, tracked.last.changes)],
             notes=notes,
-            closed=tracked.closed,
+            closed=closed,
         )
 
 
