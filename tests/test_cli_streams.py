@@ -140,16 +140,6 @@ def test_a_path_that_cannot_be_is_one_line(
     assert line.startswith("Error: ")
 
 
-def test_a_store_that_is_a_folder_is_said_so(tmp_path: Path) -> None:
-    with pytest.raises(GoalscopeError, match=r"is a folder: name another file"):
-        opened(tmp_path)
-
-
-def test_a_new_store_says_why_it_cannot_be(tmp_path: Path) -> None:
-    with pytest.raises(GoalscopeError, match=r"Cannot create the episode store .*: File name too"):
-        opened(tmp_path / LONG)
-
-
 @needs_linux
 def test_beliefs_on_a_full_disk_are_one_line(tmp_path: Path, words: object) -> None:
     rows = rows_file(tmp_path, ROW)

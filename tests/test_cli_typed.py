@@ -39,16 +39,6 @@ def bought(rounds: list[Round]) -> bool:
     return any("buy" in result.action.name for round in rounds for result in round.results)
 
 
-def test_a_purchase_is_looked_at_and_agreed_to(chat) -> None:
-    shown, rounds = chat(COCOA, "buy", "Yes!")
-    assert said(rounds) == [COCOA, "buy", "Yes!"]
-    assert not bought(rounds[:-1])
-    assert rounds[-1].terminated
-    assert rounds[-1].turn.query == QUESTION
-    assert len(rounds[-1].belief.log_likelihood) == len(rounds)
-    assert "1 x" in shown.split(CONFIRM)[0]
-
-
 def test_what_was_asked_and_answered_is_stored_and_found_and_shown_again(chat) -> None:
     _, rounds = chat(COCOA, "buy", "no; add milk", "buy", "no", "buy", "yes")
     assert said(rounds) == [COCOA, "buy", "no; add milk", "buy", "no", "buy", "yes"]
@@ -79,12 +69,6 @@ def test_who_leaves_when_asked_is_asked_again(chat, leaving: str) -> None:
     shown, rounds = chat("yes", resume=info.id)
     assert CONFIRM in shown
     assert rounds[-1].terminated
-
-
-def test_a_yes_to_something_else_buys_nothing(chat) -> None:
-    shown, rounds = chat(COCOA, "yes")
-    assert CONFIRM not in shown
-    assert not rounds[-1].terminated
 
 
 def test_nothing_to_buy_needs_no_word(chat) -> None:

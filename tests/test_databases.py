@@ -14,7 +14,6 @@ from sqlalchemy import event, text
 from commands import run
 from databases import PASSWORD
 from goalscope.base.types import GoalscopeError, InvalidInputError, Turn
-from goalscope.experiment.results import Results
 from goalscope.storage.store import Store
 from goalscope.storage.tables import SCHEMA, SCHEMA_VERSION, STUDIES
 from goalscope.study.store import StudyStore, _order
@@ -174,18 +173,6 @@ def test_tables_of_another_version_are_refused(place, version):
         connection.execute(SCHEMA.update().values(version_num=version))
     with pytest.raises(GoalscopeError, match=f"of version {version} instead of {SCHEMA_VERSION}"):
         Store.open(place)
-
-
-def test_results_may_be_in_either(place):
-    with Results.open(place) as results:
-        (cell,) = results.plan([{"a": ODD}])
-        results.fail(cell.key, ODD)
-        results.keep(cell.key, {"said": ODD}, {"code": "c"})
-        results.describe({"title": ODD})
-    with Results.open(place) as results:
-        assert results.plan([{"b": 1}, {"a": ODD}])[1].result == {"said": ODD}
-        assert [kept.spec for kept in results.cells()] == [{"a": ODD}, {"b": 1}]
-        assert results.about == {"title": ODD}
 
 
 def test_no_statement_needs_a_newer_sqlite(tmp_path):

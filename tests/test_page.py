@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import itertools
 import json
 import re
 import time
@@ -18,21 +17,6 @@ from sites import KEY, WRITES, site
 pytestmark = needs_chromium
 
 WANTS = "I want to bake a cake. Please add flour."
-TAGS = ("img", "svg", "iframe", "body", "video", "audio", "details", "input", "object", "marquee")
-HANDLERS = ("onerror", "onload", "onfocus", "ontoggle", "onstart", "onbegin", "onmouseover")
-RUN = "window.ran=1"
-PAYLOADS = [
-    *(f"<{tag} src=x {on}={RUN} autofocus open>" for tag, on in itertools.product(TAGS, HANDLERS)),
-    *(f"<script{mark}>{RUN}</script>" for mark in ("", " src=//x", " type=module", "/x", "\t")),
-    *(f'{close}<script>{RUN}</script>' for close in ('">', "'>", "-->", "]]>", "</textarea>")),
-    *(f"<a href={way}:{RUN}>x</a>" for way in ("javascript", "JaVaScRiPt", "data:text/html,")),
-    *(f"<svg><{tag} {way}=javascript:{RUN}>" for tag in ("a", "use", "animate", "set")
-      for way in ("href", "xlink:href", "values", "to")),
-    f"{{{{constructor.constructor('{RUN}')()}}}}", f"${{{RUN}}}", f"<%= {RUN} %>",
-    f"<math><mtext><script>{RUN}</script>", f"<template><script>{RUN}</script></template>",
-    f"<meta http-equiv=refresh content='0;javascript:{RUN}'>", f"<base href=javascript:{RUN}//>",
-    f"<form action=javascript:{RUN}><button autofocus>", f"<style>*{{x:expression({RUN})}}</style>",
-]  # fmt: skip
 
 
 def begin(page: Page) -> None:
@@ -169,37 +153,6 @@ def test_a_link_of_another_site_opens_the_page_of_who_has_entered(address: str, 
             assert KEY not in page.url
 
 
-def test_no_text_is_ever_run(tmp_path: Path, enter) -> None:
-    assert len(PAYLOADS) >= 100
-    hostile = {
-        mark: "\n".join(f"- {each}" for each in PAYLOADS[start : start + 9])
-        for start, mark in enumerate(WRITES)
-    }
-    with site(tmp_path / "episodes.db", WordModel(hostile)) as address:
-        page = enter(address)
-        begin(page)
-        chunks = [PAYLOADS[at : at + 20] for at in range(0, len(PAYLOADS), 20)]
-        for number, chunk in enumerate(chunks, 1):
-            say(page, " ".join(chunk)[:2000])
-            rounds(page, number)
-        goals = page.get_by_role("region", name="Goals")
-        for payload in PAYLOADS[::10]:
-            goals.get_by_text("Add a goal").click()
-            goals.get_by_role("textbox").last.fill(payload)
-            goals.get_by_role("textbox").last.press("Enter")
-            expect(goals.locator("details.add[open]")).to_have_count(0)  # it was taken
-            expect(goals.get_by_text(payload, exact=True).first).to_be_visible()
-        goals.get_by_role("button", name=re.compile("^<")).first.click()
-        expect(goals.get_by_role("button", name="No, rule it out")).to_be_visible()
-        episode = page.url.rpartition("/")[2]
-        for path in (f"/#/replay/{episode}", f"/#/compare/{episode}/{episode}", "/#/episodes"):
-            page.goto(f"{address}{path}")
-            expect(page.get_by_role("main")).to_be_visible()
-        for payload in PAYLOADS:
-            page.get_by_role("searchbox").fill(payload)
-        assert page.evaluate("window.ran") is None
-
-
 def test_by_keyboard_alone(address: str, enter) -> None:
     page = enter(address)
     page.get_by_role("button", name="Begin").wait_for()
@@ -233,36 +186,6 @@ def test_a_replay_moves_round_by_round_and_is_exported(page: Page, address: str)
         page.get_by_role("link", name="Save as JSON").click()
     saved = json.loads(Path(download.value.path()).read_text(encoding="utf-8"))
     assert [each["utterance"] for each in saved["rounds"]] == [WANTS, "And milk.", "And eggs."]
-
-
-def test_an_act_of_the_robot_waits_on_a_card_for_what_is_shown(address: str, enter) -> None:
-    page = enter(address)
-    page.get_by_text("A robot in a home").click()
-    begin(page)
-    say(page, "slice bread")
-    rounds(page, 1)
-    card = page.get_by_role("region", name="To confirm")
-    expect(page.get_by_text("I understood")).to_have_count(1)
-    expect(card).to_contain_text("This cannot be undone.")
-    page.route(
-        "**/utterances",
-        lambda route: route.continue_(post_data={**route.request.post_data_json, "confirmed": "x"}),
-    )
-    card.get_by_role("button", name="Yes", exact=True).click()
-    expect(page.get_by_role("alert").filter(has_text="no longer")).to_be_visible()
-    expect(card).to_be_visible()
-    page.unroute("**/utterances")
-    card.get_by_role("button", name="Not yet").click()
-    expect(page.get_by_role("log")).to_contain_text("No, not yet.")
-    expect(card).to_be_hidden()
-    expect(page.get_by_text("sliced")).to_have_count(0)
-
-    say(page, "slice bread")
-    expect(card).to_be_visible()
-    page.reload()
-    card.get_by_role("button", name="Yes", exact=True).click()
-    expect(page.get_by_role("log")).to_contain_text("The bread is sliced")
-    expect(card).to_be_hidden()
 
 
 def test_where_no_goal_leads_the_agent_is_not_sure(tmp_path: Path, enter) -> None:

@@ -50,27 +50,6 @@ def test_an_enter_that_ends_a_composition_sends_nothing(
     expect(page.get_by_role("log").get_by_text(words)).to_be_visible()
 
 
-def test_words_that_are_composed_in_the_browser_itself_are_sent_by_the_next_enter(
-    address: str, enter
-) -> None:
-    page = enter(address)
-    begin(page)
-    field = page.get_by_label("Your words", exact=True)
-    field.focus()
-    method = page.context.new_cdp_session(page)
-    method.send("Input.imeSetComposition", {"text": "にほ", "selectionStart": 2, "selectionEnd": 2})
-    composing = {"type": "rawKeyDown", "key": "Enter", "windowsVirtualKeyCode": 229}
-    method.send("Input.dispatchKeyEvent", composing)
-    expect(field).to_have_value("にほ")
-    expect(page.locator(".bubble.person:visible")).to_have_count(0)
-    method.send("Input.insertText", {"text": "日本"})
-    method.send("Input.dispatchKeyEvent", composing)
-    expect(field).to_have_value("日本")
-    expect(page.locator(".bubble.person:visible")).to_have_count(0)
-    field.press("Enter")
-    expect(page.get_by_role("log").get_by_text("日本")).to_be_visible()
-
-
 def test_a_composed_goal_is_not_added_half_typed(address: str, enter) -> None:
     page = enter(address)
     begin(page)

@@ -93,17 +93,6 @@ def test_what_is_no_answer_is_refused_in_a_sentence(address: str, visit, wrong) 
     assert ann.get(f"{HOME}/items/1")["answer"]["revision"] == 0
 
 
-def test_two_windows_do_not_overwrite_each_other_unseen(address: str, visit) -> None:
-    ann = visit(address)
-    ann.post(f"{HOME}/consent", agreed=True)
-    assert put(ann, 1, 2, 1).status_code == 200
-    assert put(ann, 1, 2, 1).status_code == 200
-    other = put(ann, 1, 3, 1)
-    assert (other.status_code, {*other.json()}) == (409, {"error"})
-    assert ann.get(f"{HOME}/items/1")["answer"]["rating"] == 2
-    assert put(ann, 1, 3, 2).status_code == 200
-
-
 def test_strangers_need_no_key_for_a_study_and_see_nothing_else(address: str, visit) -> None:
     ann = visit(address)
     assert ann.http.get("/").status_code == 401

@@ -62,18 +62,6 @@ def test_a_purchase_waits_for_the_confirmation_of_the_basket_as_shown(
     assert not any(each["irreversible"] for r in ended["rounds"][:-1] for each in r["actions"])
 
 
-def test_a_yes_that_is_typed_is_a_yes_and_other_words_are_none(ann: Person, mine: str) -> None:
-    ann.say(mine, CAKE)
-    assert ann.say(mine, "Buy the basket")["confirm"]
-    ann.say(mine, "ask total")
-    unsure = ann.get(mine)["rounds"][-1]
-    assert (unsure["actions"], ann.get(mine)["episode"]["ended"]) == ([], None)
-    assert any(note.startswith("Not done.") for note in unsure["notes"])
-    assert ann.say(mine, "Buy the basket")["confirm"]
-    assert ann.say(mine, "yes") is None
-    assert ann.get(mine)["episode"]["ended"] == "terminated"
-
-
 @contextmanager
 def heard(ann: Person, mine: str) -> Iterator[list[tuple[str, dict]]]:
     """The events that are told while the block runs, up to the end of the episode."""

@@ -168,17 +168,6 @@ def test_requests_at_the_same_time_count_once(program: Program) -> None:
     assert answers == [program.ask("belief", session=id)] * 8
 
 
-def test_nobody_without_the_key_reaches_a_session(program: Program, address: str) -> None:
-    id = program.ask("open_session", task=TASK)["id"]
-    body = {"session": id, "utterance": SAID}
-    assert httpx.post(f"{address}/api/tracking/observe", json=body).status_code == 401
-    with Program(address, "wrong") as stranger:
-        assert "not the server's key" in stranger.ask("observe", **body)
-    assert program.ask("belief", session=id)["turn"] == 0
-    shop = program.post("/api/episodes", json={}).json()["id"]
-    assert "no tracking session" in program.ask("observe", session=shop, utterance=SAID)
-
-
 class Slow(WordModel):
     """Scores what is slow only when it may."""
 

@@ -2,17 +2,19 @@
 
 from __future__ import annotations
 
+import itertools
 import json
+import re
 from collections.abc import Callable
 from dataclasses import asdict, replace
 from pathlib import Path
 
 import numpy as np
-import pytest
 from playwright.sync_api import expect
 from sqlalchemy import select
 
 from browsers import needs_chromium
+from fakes import WordModel
 from goalscope.agent.round import Round
 from goalscope.agent.settings import Settings
 from goalscope.base.types import UNSPECIFIED, Action, Goal, GoalChange, StepResult, Turn
@@ -21,15 +23,26 @@ from goalscope.report import read_report, write_report
 from goalscope.storage.store import Store
 from goalscope.storage.tables import ITEMS
 from goalscope.study.store import StudyStore
-from sites import KEY, site
-from test_page import PAYLOADS as FIRST
-from test_page import RUN
+from sites import KEY, WRITES, site
+from test_page import begin, rounds, say
 from test_study import PEOPLE, PLAN
 
 pytestmark = needs_chromium
 
+TAGS = ("img", "svg", "iframe", "body", "video", "audio", "details", "input", "object", "marquee")
+HANDLERS = ("onerror", "onload", "onfocus", "ontoggle", "onstart", "onbegin", "onmouseover")
+RUN = "window.ran=1"
 PAYLOADS = [
-    *FIRST,
+    *(f"<{tag} src=x {on}={RUN} autofocus open>" for tag, on in itertools.product(TAGS, HANDLERS)),
+    *(f"<script{mark}>{RUN}</script>" for mark in ("", " src=//x", " type=module", "/x", "\t")),
+    *(f'{close}<script>{RUN}</script>' for close in ('">', "'>", "-->", "]]>", "</textarea>")),
+    *(f"<a href={way}:{RUN}>x</a>" for way in ("javascript", "JaVaScRiPt", "data:text/html,")),
+    *(f"<svg><{tag} {way}=javascript:{RUN}>" for tag in ("a", "use", "animate", "set")
+      for way in ("href", "xlink:href", "values", "to")),
+    f"{{{{constructor.constructor('{RUN}')()}}}}", f"${{{RUN}}}", f"<%= {RUN} %>",
+    f"<math><mtext><script>{RUN}</script>", f"<template><script>{RUN}</script></template>",
+    f"<meta http-equiv=refresh content='0;javascript:{RUN}'>", f"<base href=javascript:{RUN}//>",
+    f"<form action=javascript:{RUN}><button autofocus>", f"<style>*{{x:expression({RUN})}}</style>",
     *(f"<{tag} {on}={RUN} tabindex=1 autofocus>x</{tag}>" for tag in ("a", "p", "select", "keygen")
       for on in ("onfocus", "onanimationstart", "onpointerenter", "onwheel", "oncut")),
     *(f"<iframe srcdoc='{inner}'></iframe>" for inner in (f"<script>parent.{RUN}</script>", "x")),
@@ -67,14 +80,13 @@ def fill(store: Store, profile: str) -> str:
     return id
 
 
-@pytest.mark.parametrize("profile", [PEOPLE[0]])
-def test_nothing_that_is_stored_is_run(
-    profile: str, tmp_path: Path, enter: Callable, record_property: Callable
+def test_nothing_that_is_said_or_stored_is_run(
+    tmp_path: Path, enter: Callable, record_property: Callable
 ) -> None:
     assert len({*PAYLOADS}) >= 150
     file = tmp_path / "episodes.db"
     with Store.open(file) as store:
-        episode = fill(store, profile)
+        episode = fill(store, PEOPLE[0])
         StudyStore(store).add(
             replace(
                 PLAN,
@@ -98,8 +110,21 @@ def test_nothing_that_is_stored_is_run(
     written = (tmp_path / "report" / "episodes.md").read_text(encoding="utf-8")
     assert not set(written) & set("<\x1b\u202e")
     assert written.count("](") - written.count("\\](") == 1  # the link to the summary
-    with site(file) as address:
+    hostile = {mark: "\n".join(f"- {each}" for each in PAYLOADS[::12]) for mark in WRITES}
+    with site(file, WordModel(hostile)) as address:
         page = enter(f"{address}/?key={KEY}")
+        begin(page)
+        for number, at in enumerate(range(0, len(PAYLOADS), SIZE), 1):
+            say(page, " ".join(PAYLOADS[at : at + SIZE])[:2000])
+            rounds(page, number)
+        goals = page.get_by_role("region", name="Goals")
+        goals.get_by_text("Add a goal").click()
+        goals.get_by_role("textbox").last.fill(PAYLOADS[0])
+        goals.get_by_role("textbox").last.press("Enter")
+        expect(goals.locator("details.add[open]")).to_have_count(0)  # it was taken
+        goals.get_by_role("button", name=re.compile("^<")).first.click()
+        expect(goals.get_by_role("button", name="No, rule it out")).to_be_visible()
+        assert page.evaluate("window.ran") is None
         places = ["/#/episodes", f"/#/compare/{episode}/{episode}", f"/#/replay/{episode}"]
         for place in places:
             page.goto(f"{address}{place}")

@@ -5,7 +5,6 @@ from __future__ import annotations
 import json
 import subprocess
 import sys
-import threading
 from collections.abc import Callable
 from pathlib import Path
 
@@ -16,13 +15,10 @@ from fakes import NEEDS, WordModel
 from goalscope.agent.agent import Agent, run_episode
 from goalscope.agent.people import ScriptedHuman
 from goalscope.agent.settings import Settings, toolkit_for
-from goalscope.base.types import ModelError, Profile
+from goalscope.base.types import Profile
 from goalscope.envs.registry import open_environment
 from goalscope.models import Completion
 from processes import environment
-from sites import KEY, WRITES
-
-PROGRAM = {"authorization": f"Bearer {KEY}"}
 
 
 class Endless(WordModel):
@@ -87,22 +83,6 @@ def test_a_model_that_writes_without_end_gets_no_more_done(
     record_property(
         "measured", f"{domain}, {way}: {told} {model.longest} of {model.context_size} tokens"
     )
-
-
-class Hangs(WordModel):
-    """Does not come back, where it is told so, until it is let go."""
-
-    def __init__(self) -> None:
-        super().__init__(WRITES)
-        self.go = threading.Event()
-        self.go.set()
-        self.fails = False
-
-    def token_logprobs(self, contexts, continuations, *, end_of_turn=False):
-        assert self.go.wait(60)
-        if self.fails:
-            raise ModelError("The model is gone. Start it again.")
-        return super().token_logprobs(contexts, continuations, end_of_turn=end_of_turn)
 
 
 @pytest.mark.parametrize("count", [2, pytest.param(50, marks=pytest.mark.slow)])
