@@ -1,11 +1,6 @@
-"""Lines of a chat that speak of the goals: they correct, are stored, and outlive a kill."""
+"""Lines of a chat that speak of the goals: they correct, and are stored at once."""
 
 import io
-import os
-import signal
-import subprocess
-import sys
-from pathlib import Path
 
 import pytest
 from rich.console import Console
@@ -22,7 +17,7 @@ from lamps import RANKS, REPLIES
 LAMP, SLEEP, TEA = Goal("have lamp light"), Goal("sleep without light"), Goal("drink tea")
 
 
-def session(tmp_path, lines, **settings):
+def session(tmp_path, lines, more=0, **settings):
     """What is shown of lines of a person, and the rounds that are stored."""
     out = io.StringIO()
     left = iter(lines)
@@ -34,7 +29,7 @@ def session(tmp_path, lines, **settings):
         return line
 
     console = Console(file=out, width=100, markup=False, emoji=False, highlight=False)
-    spoken = sum(not line.startswith("/") for line in lines)
+    spoken = sum(not line.startswith("/") for line in lines) + more
     with Store.open(tmp_path / "s.db") as store:
         chosen = Settings(calibration="default", rounds=spoken, **settings)
         opened = Session(store, chosen, LampRoom(), WordModel({**REPLIES, **RANKS}), read=read)
@@ -65,44 +60,13 @@ def test_lines_of_a_chat_correct_the_goals_and_are_stored_with_the_round(tmp_pat
     assert not first.belief.pinned
 
 
-CORRECTED = """
-import sys, time
-from rich.console import Console
-from fakes import LampRoom, WordModel
-from goalscope.cli.chat import correct
-from goalscope.agent.settings import Settings
-from goalscope.storage.session import Session
-from goalscope.storage.store import Store
-from lamps import REPLIES
-
-def read(query):
-    if not session.agent.turns:
-        return "lamp light please"
-    for line in ("/veto 1", "/pin drink tea", "/reword 1 a cup of tea"):
-        correct(Console(), session, line)
-    print("shown", flush=True)
-    time.sleep(600)
-
-with Store.open(sys.argv[1]) as store:
-    session = Session(store, Settings(), LampRoom(), WordModel(REPLIES), read=read)
-    list(session.run())
-"""
-
-
-@pytest.mark.skipif(not hasattr(signal, "SIGKILL"), reason="the system has no SIGKILL")
-def test_a_correction_that_was_shown_survives_a_kill(tmp_path) -> None:
-    path = tmp_path / "s.db"
-    env = os.environ | {"PYTHONPATH": os.pathsep.join([str(Path(__file__).parent), *sys.path])}
-    with subprocess.Popen(
-        [sys.executable, "-c", CORRECTED, str(path)], stdout=subprocess.PIPE, text=True, env=env
-    ) as process:
-        assert process.stdout is not None
-        shown = "".join(iter(process.stdout.readline, "shown\n"))
-        process.send_signal(signal.SIGKILL)
+def test_a_correction_that_was_shown_is_stored_before_the_next_round(tmp_path) -> None:
+    lines = ["lamp light please", "/veto 1", "/pin drink tea", "/reword 1 a cup of tea"]
+    with pytest.raises(RuntimeError, match="StopIteration"):  # the person says no more
+        session(tmp_path, lines, more=1)
     cup = Goal("a cup of tea")
-    assert cup.text in shown
     for _ in range(2):  # before the next round has it, and after
-        with Store.open(path) as store:
+        with Store.open(tmp_path / "s.db") as store:
             (info,) = store.episodes()
             settings = Settings(rounds=info.rounds + 1)
             model = WordModel(REPLIES)
@@ -110,7 +74,7 @@ def test_a_correction_that_was_shown_survives_a_kill(tmp_path) -> None:
             assert again.agent.belief.pinned == ((1, cup),)
             assert LAMP not in again.agent.belief.goals
             list(again.run())
-    with Store.open(path) as store:
+    with Store.open(tmp_path / "s.db") as store:
         _, second, third = store.rounds(info.id)
     told = [(c.kind, c.goal) for c in second.changes[:6]]
     assert told == [("removed", LAMP), ("added", TEA), ("pinned", TEA),

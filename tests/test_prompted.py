@@ -11,12 +11,11 @@ from fakes import GOALS, NEEDS, QUESTION, LampRoom, WordModel, said, words
 from goalscope.agent.agent import Agent
 from goalscope.agent.planner import NeedPlanner, Outcome, Want
 from goalscope.agent.prompted import PromptedPlanner, PromptedWriter
-from goalscope.agent.toolkit import MODULES, modules_named, toolkit_of
+from goalscope.agent.toolkit import toolkit_of
 from goalscope.agent.writer import Writer
 from goalscope.base.types import (
     Action,
     Goal,
-    InvalidInputError,
     StepResult,
     UnreadableAnswerError,
 )
@@ -210,16 +209,6 @@ def test_plans_are_made_anew_so_often_and_then_nothing_is_left_of_them(replans: 
     assert outcome.replans == replans
 
 
-@pytest.mark.parametrize("answer", BROKEN)
-@pytest.mark.parametrize("key", ["relevant", "plan"])
-def test_an_answer_that_is_no_list_leaves_everything_as_it_was(key: str, answer: str) -> None:
-    room = LampRoom(["lamp"])
-    model = Answers(**{"relevant": [["lamp"]], "plan": [[1]], key: [answer]})
-    with pytest.raises(UnreadableAnswerError):
-        PromptedPlanner(PromptedWriter(model)).act(room, [READ], TURNS, [], FREE)
-    assert room.on == []
-
-
 def test_nothing_lasting_or_ruled_out_can_be_planned() -> None:
     class Fragile(LampRoom):
         def actions(self, name, dialogue):
@@ -254,7 +243,7 @@ def test_a_plan_that_cannot_be_read_is_told_and_the_round_goes_on(key: str, answ
     assert (room.on, len(agent.rounds)) == ([], 1)
 
 
-def test_who_does_what_depends_on_what_the_model_was_taught() -> None:
+def test_who_does_what_depends_on_what_the_model_was_taught_and_what_is_chosen() -> None:
     taught = toolkit_of(WordModel({GOALS: "", NEEDS: "", QUESTION: ""}))
     assert isinstance(taught.proposer, Writer)
     assert isinstance(taught.planner, NeedPlanner)
@@ -265,16 +254,10 @@ def test_who_does_what_depends_on_what_the_model_was_taught() -> None:
     assert isinstance(plain.planner, PromptedPlanner)
     assert isinstance(plain.proposer, PromptedWriter)
     assert (plain.proposer.model, plain.remover) == (model, None)
-
-
-def test_modules_are_named() -> None:
-    assert modules_named(["plan", "remove", "plan"]) == ("plan", "remove")
-    assert modules_named(["all"]) == MODULES
-    assert modules_named([]) == ()
-    with pytest.raises(
-        InvalidInputError, match=r"no module 'plans'\. Choose one of propose, remove"
-    ):
-        modules_named(["plans"])
+    chosen = toolkit_of(WordModel(), ["remove", "plan"])
+    assert isinstance(chosen.remover, PromptedWriter)
+    assert isinstance(chosen.planner, PromptedPlanner)
+    assert isinstance(chosen.proposer, Writer)
 
 
 @pytest.mark.slow
