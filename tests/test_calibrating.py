@@ -60,10 +60,10 @@ def believed(dialogue: Observed, left_out: int, calibration: Calibration) -> Bel
     return replace(belief, log_likelihood=table).drop([names[left_out]])
 
 
-WAYS = [PAPER, DEFAULT, Calibration(3.0, 0.7, 0.2, 0.3)]
+CALIBRATIONS = [PAPER, DEFAULT, Calibration(3.0, 0.7, 0.2, 0.3)]
 
 
-@pytest.mark.parametrize("calibration", WAYS)
+@pytest.mark.parametrize("calibration", CALIBRATIONS)
 def test_tables_hold_each_dialogue_with_its_true_goal_and_without(calibration) -> None:
     found = [drawn(np.random.default_rng(i), str(i), goals=4 + i, turns=3 + i) for i in range(3)]
     tables = Tables(found)
@@ -108,14 +108,14 @@ def test_the_turn_that_is_drawn_is_any_turn() -> None:
 def test_dialogues_beside_it_change_nothing_for_a_dialogue() -> None:
     rng = np.random.default_rng(1)
     found = [drawn(rng, str(i), goals=3 + i, turns=1 + 2 * i) for i in range(3)]
-    for calibration in WAYS:
+    for calibration in CALIBRATIONS:
         together = Tables(found)
         losses = together.losses(together.believe(calibration))
         alone = [Tables([each]).log_loss(calibration) for each in found]
         assert losses == pytest.approx(alone)
 
 
-@pytest.mark.parametrize("calibration", WAYS)
+@pytest.mark.parametrize("calibration", CALIBRATIONS)
 def test_all_sets_count_the_same_whatever_their_size(calibration) -> None:
     one, other = some(3, origin="one"), some(20, seed=1, origin="other")
     mean = np.mean([Tables(each).log_loss(calibration) for each in (one, other)])
@@ -184,7 +184,7 @@ def test_one_group_is_too_few() -> None:
 
 def test_quality_is_that_of_all_dialogues_and_sets() -> None:
     found = [*some(30, origin="one"), *some(10, seed=1, origin="other")]
-    for calibration in WAYS:
+    for calibration in CALIBRATIONS:
         made = quality(found, calibration)
         assert (made.n, made.coverage, made.size) == (40, None, None)
         tables = Tables(found)
@@ -196,10 +196,10 @@ def test_quality_is_that_of_all_dialogues_and_sets() -> None:
 
 def test_sets_of_quality_hold_what_is_at_the_threshold_or_one_goal() -> None:
     found = some(20)
-    tables, way = Tables(found), replace(DEFAULT, prior_unspecified=0.3)
-    named, true = tables.drawn_turn(tables.believe(way))
+    tables, calibration = Tables(found), replace(DEFAULT, prior_unspecified=0.3)
+    named, true = tables.drawn_turn(tables.believe(calibration))
     for threshold in (0.0, 0.2, 0.7):
-        made = quality(found, replace(way, thresholds=((0.1, threshold),)))
+        made = quality(found, replace(calibration, thresholds=((0.1, threshold),)))
         inside = (true >= threshold) | (true >= named.max(-1))
         assert made.coverage == pytest.approx(inside.mean(1))
         assert made.size == pytest.approx((named >= threshold).sum(-1).clip(1).mean())

@@ -172,8 +172,8 @@ FIRST = "first goal leads, rounds 1-2"
 LAST = "round 2"
 
 
-def shares(table: Table, way: str) -> list[float]:
-    found = row(table, way)
+def shares(table: Table, belief: str) -> list[float]:
+    found = row(table, belief)
     names = [f"followed within {k}" for k in (1, 2, 3)] + [FIRST, LAST]
     return [found[name] and found[name].value for name in names]
 
@@ -199,8 +199,8 @@ def test_who_expects_a_change_follows_sooner() -> None:
     assert shares(table, "goalscope, without switching")[2] == 0
     assert shares(table, "goalscope")[0] == 1
     kept, lost = (
-        found.where(belief=way)[0]["probabilities"][1, 0]
-        for way in ("goalscope, without switching", "goalscope")
+        found.where(belief=belief)[0]["probabilities"][1, 0]
+        for belief in ("goalscope, without switching", "goalscope")
     )
     # Each of two turns has six nats for one of three goals; between them the person may change.
     assert kept == pytest.approx(math.exp(12) / (math.exp(12) + 2), rel=1e-9)

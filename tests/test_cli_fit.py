@@ -121,8 +121,8 @@ def test_a_fit_may_begin_with_another(finished: Finished, path: Path, tmp_path: 
     start = tmp_path.parent / "silent.gguf"
     write_adapter(start, replace(made, metadata=silent), config)
     settings = replace(SETTINGS, steps=1, validate_every=1, learning_rate=1e-6)
-    way: Any = {"start": start, "layout": "goal-first", "base": "tiny"}
-    list(Plan(finished.sources, tmp_path, settings, **way).run(model, command=""))
+    options: Any = {"start": start, "layout": "goal-first", "base": "tiny"}
+    list(Plan(finished.sources, tmp_path, settings, **options).run(model, command=""))
     before, after = (json.loads((f / "fit.json").read_text()) for f in (finished.folder, tmp_path))
     assert after["history"][0]["loss"] == pytest.approx(before["best"]["loss"], abs=0.02)
     assert re.fullmatch(

@@ -39,8 +39,10 @@ def p(belief: Belief, goal: Goal) -> float:
 
 
 @given(tables, calibrations, st.sampled_from([A, B, C]))
-def test_a_confirmed_goal_is_all_but_sure_and_the_others_share_the_rest(table, way, goal) -> None:
-    before = belief_of(table, way)
+def test_a_confirmed_goal_is_all_but_sure_and_the_others_share_the_rest(
+    table, calibration, goal
+) -> None:
+    before = belief_of(table, calibration)
     after = before.pin(goal)
     assert p(after, goal) == pytest.approx(max(PINNED, p(before, goal)), abs=1e-12)
     assert after.probability.sum() == pytest.approx(1)

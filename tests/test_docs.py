@@ -319,25 +319,6 @@ def test_differences_in_the_readme_are_those_of_the_results() -> None:
     assert told == [measured[setting] for setting in settings]
 
 
-def test_limits_name_the_sets_on_which_the_papers_belief_has_the_lower_log_loss() -> None:
-    names = ("ALFRED", "CaSiNo", "MultiWOZ", "Taskmaster-4", "TEACh")
-    keys = {name.lower().replace("-", ""): name for name in names}
-    lower: dict[str, dict[str, str]] = {"": {}, " + without-": {}, " without adapter": {}}
-    for _, dialogues, model, _, _, *figures in of_results("Beliefs about what people wanted")[2:]:
-        loss, papers = cells(" | ".join(figures[:2]))
-        if Decimal(papers) < Decimal(loss):
-            name = keys[dialogues.partition(",")[0]]
-            kind = re.sub("(?<=without-).*", "", model.removeprefix("SmolLM2-135M-Instruct"))
-            lower[kind][name] = rounded("", papers)
-    (own,), _, (*most, last) = (
-        [f"{name} ({loss})" for name, loss in each.items()] for each in lower.values()
-    )
-    limits = " ".join((DOCS / "limits.md").read_text(encoding="utf-8").split())
-    assert f"the paper's plain Eq. 1 has less on {own}, " in limits
-    assert f" not seen them ({' and '.join(sorted(lower[' + without-'].values()))}), " in limits
-    assert f"and without an adapter on {', '.join(most)} and {last}." in limits
-
-
 @pytest.mark.parametrize(
     "page", [*PAGES, ROOT / "CHANGELOG.md", ROOT / "SECURITY.md"], ids=lambda page: page.name
 )

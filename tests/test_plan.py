@@ -148,101 +148,57 @@ def test_dialogues_are_a_dataset_or_a_file_of_ones_own_and_not_both(tmp_path):
 
 def test_a_scalar_stands_for_a_list_of_one(tmp_path):
     text = """
-    models = "tiny.gguf"
-    [dialogues]
-    set = "teach"
-    goal_sets = "random"
-    [episodes]
-    domain = "house"
-    seeds = 3
-    humans = "terse"
-    [mcq]
-    file = "x"
-    layouts = "goal-first"
-    """
-    found = read(tmp_path, text)
-    assert found.models == ({"model": "tiny.gguf"},)
-    assert found.dialogues == (DialoguesPart(set="teach", goal_sets=("random",)),)
-    assert found.episodes == (EpisodesPart("house", seeds=(3,), humans=("terse",)),)
-    assert found.mcq == (QuestionsPart("x", layouts=("goal-first",)),)
-    assert (found.name, found.title, found.judge) == ("x", "x", None)
-
-
-def test_other_models_take_the_place_of_all(tmp_path):
-    text = """
-    [[episodes]]
-    domain = "house"
-    [[episodes]]
-    domain = "house"
-    models = ["small.gguf", "large.gguf"]
-    [[episodes]]
-    domain = "grocery"
-    models = "large.gguf"
-    [judge]
-    model = "large.gguf"
-    """
-    found = read(tmp_path, text).with_models(({"model": "own.gguf"},))
-    specs = specs_of(found, None)
-    assert {json.dumps(spec["model"]) for spec in specs} == {'{"model": "own.gguf"}'}
-    assert [part.domain for part in found.episodes] == ["house", "grocery"]
-    assert len({cell_key(spec) for spec in specs}) == len(specs)
-    assert found.judge.model == {"model": "large.gguf"}
-
-
-def test_models_are_names_or_tables_and_the_embedded_one_needs_no_name(tmp_path):
-    text = """
-    models = ["embedded", {generator = "w", scorer = "embedded"}, {model = "embedded"}]
-    mcq = [{file = "a"}, {file = "b"}]
-    episodes = {domain = "house"}
+    dialogues = {set = "teach", goal_sets = "random"}
+    episodes = {domain = "house", seeds = 3, humans = "terse"}
+    mcq = [{file = "a", layouts = "goal-first"}, {file = "b"}]
     judge = {model = "http://host/v1#big", seed = 2}
     """
     found = read(tmp_path, text)
-    assert found.models == ({}, {"generator": "w"}, {})
+    assert found.dialogues == (DialoguesPart(set="teach", goal_sets=("random",)),)
+    assert found.episodes == (EpisodesPart("house", seeds=(3,), humans=("terse",)),)
+    assert found.mcq == (QuestionsPart("a", layouts=("goal-first",)), QuestionsPart("b"))
     assert found.judge == Judge(20, 2, model={"model": "http://host/v1#big"})
-    assert len(found.mcq) == 2
-    assert read(tmp_path, "mcq = {file = 'x'}").models == ({},)
+    assert (found.name, found.title) == ("x", "x")
     with pytest.raises(InvalidInputError, match=r"\[judge\] scores episodes"):
         read(tmp_path, "mcq = {file = 'x'}\njudge = {}")
 
 
-def test_a_part_may_have_models_of_its_own(tmp_path):
-    lines(tmp_path, "d.jsonl", ROW)
-    text = """
-        models = ["a.gguf", "b.gguf"]
-        [[dialogues]]
-        jsonl = "d.jsonl"
-        models = [{adapter = "none"}]
-        [[dialogues]]
-        jsonl = "d.jsonl"
-        [[episodes]]
-        domain = "grocery"
-        methods = "good"
-        profiles = "cafe"
-        models = [{adapter = "none"}]
-    """
-    found = [(spec["kind"], spec["model"]) for spec in specs_of(read(tmp_path, text), tmp_path)]
-    assert found == [
-        ("dialogue", {"adapter": "none"}),
-        ("dialogue", {"model": "a.gguf"}),
-        ("dialogue", {"model": "b.gguf"}),
-        ("episode", {"adapter": "none"}),
-    ]
-    assert "at least 1" in refused(tmp_path, "[dialogues]\njsonl = 'd.jsonl'\nmodels = []")
-
-
-def test_an_adapter_is_found_beside_the_file_and_none_stays_none(tmp_path):
+@pytest.mark.parametrize(
+    ("given", "models"),
+    [
+        ("", [{}]),
+        ("models = 'tiny.gguf'", [{"model": "tiny.gguf"}]),
+        ("models = ['embedded', {generator = 'w', scorer = 'embedded'}]", [{}, {"generator": "w"}]),
+        ("models = [{model = 'm', adapter = 'none'}]", [{"model": "m", "adapter": "none"}]),
+        ("models = [{adapter = 'mine'}]", [{"adapter": "MINE"}]),
+    ],
+)
+def test_models_are_names_or_tables_and_adapters_stand_beside_the_file(tmp_path, given, models):
     for name in ("mine", "none"):
         (tmp_path / name).mkdir()
-    (tmp_path / "mine" / "adapter.gguf").write_text("x")
+    found = read(tmp_path, f"{given}\nmcq = {{file = 'x'}}").models
+    mine = {"MINE": str(tmp_path / "mine")}
+    assert [*found] == [{key: mine.get(v, v) for key, v in each.items()} for each in models]
+
+
+def test_a_part_may_have_models_of_its_own_and_the_command_line_takes_the_place_of_all(tmp_path):
+    lines(tmp_path, "d.jsonl", ROW)
     text = """
-    models = [{adapter = "mine"}, {adapter = "mine/adapter.gguf"}, {model = "m", adapter = "none"}]
-    mcq = {file = "x"}
+    models = ["a.gguf", "b.gguf"]
+    dialogues = [{jsonl = "d.jsonl", models = [{adapter = "none"}]}, {jsonl = "d.jsonl"}]
+    episodes = {domain = "grocery", methods = "good", profiles = "cafe"}
+    judge = {model = "b.gguf"}
     """
-    assert read(tmp_path, text).models == (
-        {"adapter": str(tmp_path / "mine")},
-        {"adapter": str(tmp_path / "mine" / "adapter.gguf")},
-        {"model": "m", "adapter": "none"},
-    )
+    plan = read(tmp_path, text)
+    a, b = ({"model": f"{name}.gguf"} for name in "ab")
+    assert [(spec["kind"], spec["model"]) for spec in specs_of(plan, tmp_path)] == [
+        ("dialogue", {"adapter": "none"}), ("dialogue", a), ("dialogue", b),
+        ("episode", a), ("episode", b),
+    ]  # fmt: skip
+    own = plan.with_models(({"model": "own.gguf"},))
+    assert [spec["model"]["model"] for spec in specs_of(own, tmp_path)] == ["own.gguf"] * 2
+    assert own.judge.model == b
+    assert "at least 1" in refused(tmp_path, "[dialogues]\njsonl = 'd.jsonl'\nmodels = []")
 
 
 def test_there_are_as_many_cells_as_the_product_of_the_axes(tmp_path):

@@ -38,11 +38,11 @@ def test_the_choice_has_the_greatest_expected_value(case) -> None:
     choice = choose(probability, worth, cost)
     for thing, value in enumerate(worth.T):
         known_first = sum(p * max(v, 0.0) for p, v in zip(probability, value, strict=True)) - cost
-        ways = {"act": probability @ value, "ask": known_first, "wait": 0.0}
+        values = {"act": probability @ value, "ask": known_first, "wait": 0.0}
         chosen = "act" if choice.act[thing] else "ask" if choice.hold[thing] else "wait"
         assert not (choice.act[thing] and choice.hold[thing])
-        assert ways[chosen] >= max(ways.values()) - 1e-9
-        assert choice.value[thing] == pytest.approx(ways["act"])
+        assert values[chosen] >= max(values.values()) - 1e-9
+        assert choice.value[thing] == pytest.approx(values["act"])
 
 
 class Lived(LampRoom):
@@ -232,7 +232,7 @@ def served(need: str) -> tuple[Action, ...]:
 
 def test_nearer_scenarios_speak_louder_and_what_is_unwanted_against() -> None:
     assert called_for([], served) == {}
-    alone = {way[0].target: share for way, share in called_for([NEAR], served).items()}
+    alone = {actions[0].target: share for actions, share in called_for([NEAR], served).items()}
     assert alone["lamp"] == 1
     assert alone["lamp"] > alone["book"] > alone["rug"] > 0
     assert [*alone] == ["lamp", "book", "rug"]  # what is unwanted is not called for
@@ -245,21 +245,21 @@ def test_nearer_scenarios_speak_louder_and_what_is_unwanted_against() -> None:
 
 
 def test_one_of_a_kind_speaks_for_all() -> None:
-    def kind(way: tuple[Action, ...]) -> str:
-        return "tea" if "tea" in str(way) else "flour"
+    def kind(actions: tuple[Action, ...]) -> str:
+        return "tea" if "tea" in str(actions) else "flour"
 
     rye = Scenario("x-1", "", "bake bread", (), ("rye",))
     oats = Scenario("x-2", "", "bake cakes", (), ("oats", "tea"))
     flour = Scenario("x-3", "", "bake scones", (), ("flour",))
-    way = {name: (Action("switch on", name),) for name in ("rye", "oat", "tea", "flour")}
+    actions = {name: (Action("switch on", name),) for name in ("rye", "oat", "tea", "flour")}
     apart, found = called_for([rye, oats], served), called_for([rye, oats], served, kind)
-    assert found[way["rye"]] == pytest.approx(apart[way["rye"]] + apart[way["oat"]])
-    assert [found[way[each]] for each in ("oat", "tea")] == [
-        apart[way[each]] for each in ("oat", "tea")
+    assert found[actions["rye"]] == pytest.approx(apart[actions["rye"]] + apart[actions["oat"]])
+    assert [found[actions[each]] for each in ("oat", "tea")] == [
+        apart[actions[each]] for each in ("oat", "tea")
     ]
     plain = called_for([rye, oats, flour], served, kind)
-    assert 1 >= plain[way["flour"]] > 0.95
-    assert plain[way["oat"]] < 1
+    assert 1 >= plain[actions["flour"]] > 0.95
+    assert plain[actions["oat"]] < 1
 
 
 def written(text: str, judged: str, *wants: Want) -> tuple[LampRoom, Outcome]:

@@ -240,22 +240,6 @@ def test_sets_goal_sets_and_models_have_tables_of_their_own() -> None:
     assert read_dialogues([]) == ()
 
 
-def test_labels_tell_the_models_of_one_task_apart_and_not_the_tasks() -> None:
-    def met(spec: dict, **own: object) -> dict:
-        return {**spec, **own, "model": {"model": "small"}}
-
-    cells = [dialogue(n, 0, 1, **{"role-play": [SURE]}) for n in range(2)]
-    shop = [(met(spec, set="shop", goals=9), result) for spec, result in cells]
-    home = [(met(spec, set="home", goals=5), result) for spec, result in cells]
-
-    def models(cells: list) -> list[str]:
-        return [sample.records[0]["model"] for sample in read_dialogues(cells)]
-
-    assert models([*shop, *home]) == ["small", "small"]
-    more = [(met(spec, set="home", goals=7), result) for spec, result in cells]
-    assert models([*shop, *home, *more]) == ["small, goals 5", "small, goals 7", "small"]
-
-
 def test_few_groups_are_told_of_however_many_dialogues_they_have() -> None:
     cells = [dialogue(n, n % 3, 1, group=f"g{n < 7}", **{"role-play": [SURE]}) for n in range(24)]
     assert few_notes(dialogues_table(cells))[0].startswith(

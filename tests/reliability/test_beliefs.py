@@ -24,8 +24,6 @@ from goalscope.base.types import (
 from goalscope.belief.belief import Belief
 from goalscope.belief.calibration import DEFAULT, PAPER
 from goalscope.belief.tracker import GoalTracker
-from goalscope.envs.grocery import Catalogue, GroceryShop, load_profiles
-from goalscope.experiment.judge import judge
 from goalscope.models import Completion
 from goalscope.models.opening import open_model
 from goalscope.models.scoring import TokenScorer
@@ -173,10 +171,10 @@ FIVE = [UNSPECIFIED, *(Goal(f"goal {n}") for n in range(4))]
 
 
 @given(tables, st.sampled_from(FIVE[1:]), st.sampled_from([PAPER, DEFAULT]))
-def test_a_copy_of_a_goal_is_that_goal(table, goal: Goal, way) -> None:
-    belief = Belief(tuple(FIVE), np.zeros(5), np.array(table), way)
+def test_a_copy_of_a_goal_is_that_goal(table, goal: Goal, calibration) -> None:
+    belief = Belief(tuple(FIVE), np.zeros(5), np.array(table), calibration)
     assert belief.add([goal, goal], lambda new: pytest.fail("a copy was scored")) is belief
-    merged = Belief.uniform([*FIVE, goal, *FIVE], way)
+    merged = Belief.uniform([*FIVE, goal, *FIVE], calibration)
     assert merged.goals == belief.goals
     tracker = GoalTracker(WordModel(), goals=[each.text for each in [*FIVE[1:], goal]])
     assert tracker.belief.goals == belief.goals
@@ -308,16 +306,18 @@ def test_a_belief_follows_a_mind_that_changes_after_fifteen_turns(
     random = np.random.default_rng(0)
     goals = tuple(Goal(f"goal {n}") for n in range(10))
     shipped = GoalTracker(open_model()).belief.calibration
-    ways = {"Eq. 1": PAPER, "default": DEFAULT, "shipped": shipped}
-    followed = dict.fromkeys(ways, 0)
+    calibrations = {"Eq. 1": PAPER, "default": DEFAULT, "shipped": shipped}
+    followed = dict.fromkeys(calibrations, 0)
     for _ in range(100):
         first, second = random.choice(10, 2, replace=False)
         table = random.normal(-30.0, noise, (18, 10))
         table[:15, first] += nats
         table[15:, second] += nats
-        for name, way in ways.items():
-            counted = table * way.temperature  # so that the nats are those that count
-            leaders = Belief(goals, np.zeros(10), counted, way).log_posteriors[16:].argmax(axis=1)
+        for name, calibration in calibrations.items():
+            counted = table * calibration.temperature  # so that the nats are those that count
+            leaders = (
+                Belief(goals, np.zeros(10), counted, calibration).log_posteriors[16:].argmax(axis=1)
+            )
             followed[name] += int(second in leaders)
     shares = ", ".join(f"{name} {count} %" for name, count in followed.items())
     record_property("measured", f"{nats:g} nats, noise of {noise:g}: followed in 3 turns: {shares}")
@@ -376,34 +376,3 @@ def test_unspecified_stays_and_no_goal_comes_or_goes_unsaid(episodes, record_pro
         f"{rounds:,} rounds: {removed:,} goals removed, each told with a reason; Unspecified never",
     )
     assert removed > rounds / 10
-
-
-# An empty basket
-
-
-class Generous(WordModel):
-    """Would give three points to anything."""
-
-    def generate(self, messages: Sequence[Message], **settings: Any) -> Completion:
-        self.calls += 1
-        return Completion('{"explanation": "A fine basket.", "score": 3}', "stop", 1, 1)
-
-
-def test_an_empty_basket_is_worth_nothing_to_any_profile_and_no_model_is_asked(
-    record_property,
-) -> None:
-    model, shop, trials = Generous(), GroceryShop(Catalogue.load(None)), []
-    profiles = load_profiles()
-    for profile in profiles:
-        assert not any(shop.checks_met(profile).met)
-        trials += judge(
-            model,
-            task=shop.task,
-            description=profile.description,
-            outcome=shop.state().text,
-            actions=["search inventory: flour"],
-            empty=not shop.basket,
-        )
-    assert {trial.score for trial in trials} == {0.0}
-    assert model.calls == 0
-    record_property("measured", f"{len(profiles)} profiles, {len(trials)} trials: all 0")

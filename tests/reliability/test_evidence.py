@@ -96,8 +96,8 @@ def test_a_goal_that_comes_after_ten_rounds_is_believed_as_if_it_had_always_been
     assert late.belief.goals == early.belief.goals
     apart = float(np.abs(early.belief.log_likelihood - late.belief.log_likelihood).max())
     moved = 0.0
-    for way in (PAPER, DEFAULT, early.belief.calibration):
-        one, other = (replace(each.belief, calibration=way) for each in (early, late))
+    for calibration in (PAPER, DEFAULT, early.belief.calibration):
+        one, other = (replace(each.belief, calibration=calibration) for each in (early, late))
         moved = max(moved, float(np.abs(one.probability - other.probability).max()))
     record_property(
         "measured", f"10 rounds, float32: {apart:.1e} nats a turn, {moved:.1e} of probability apart"

@@ -25,14 +25,17 @@ def shares(weights: Sequence[Decimal]) -> list[Decimal]:
     return [weight / total for weight in weights] if total else [*weights]
 
 
-def likelihoods(row: Sequence[float], stated: Sequence[bool], way: Calibration) -> list[Decimal]:
+def likelihoods(
+    row: Sequence[float], stated: Sequence[bool], calibration: Calibration
+) -> list[Decimal]:
     """Of one turn, after temperature and reference; the likeliest is 1."""
     nats = [
-        None if value == -np.inf else Decimal(value) / Decimal(way.temperature) for value in row
+        None if value == -np.inf else Decimal(value) / Decimal(calibration.temperature)
+        for value in row
     ]
     others = [nat for nat, each in zip(nats, stated, strict=True) if each and nat is not None]
     if others and any(stated) and not all(stated):
-        part = Decimal(way.reference) * (1 - Decimal(1) / len(others))
+        part = Decimal(calibration.reference) * (1 - Decimal(1) / len(others))
         mean = sum(others) / len(others)
         nats = [
             nat if each or nat is None else (1 - part) * nat + part * mean
@@ -58,11 +61,15 @@ def hazard(
 
 def exact(belief: Belief) -> list[list[Decimal]]:
     """Probabilities after each number of turns."""
-    way, stated = belief.calibration, [goal != UNSPECIFIED for goal in belief.goals]
+    calibration, stated = belief.calibration, [goal != UNSPECIFIED for goal in belief.goals]
     prior = [IMPOSSIBLE if value == -np.inf else Decimal(value).exp() for value in belief.log_prior]
-    if way.prior_unspecified is not None and any(stated) and not all(stated):
+    if calibration.prior_unspecified is not None and any(stated) and not all(stated):
         rest = sum(weight for weight, each in zip(prior, stated, strict=True) if each)
-        own = rest * Decimal(way.prior_unspecified) / (1 - Decimal(way.prior_unspecified))
+        own = (
+            rest
+            * Decimal(calibration.prior_unspecified)
+            / (1 - Decimal(calibration.prior_unspecified))
+        )
         prior = [weight if each else own for weight, each in zip(prior, stated, strict=True)]
     prior = shares(prior)
     found, now = [prior], prior
@@ -70,9 +77,9 @@ def exact(belief: Belief) -> list[list[Decimal]]:
     for turn, row in enumerate(belief.log_likelihood):
         weight = weights.get(turn, 1.0)
         words = [value * weight if weight else 0.0 for value in row.tolist()]
-        heard = likelihoods(words, stated, way)
+        heard = likelihoods(words, stated, calibration)
         if turn:
-            go = hazard(Decimal(way.switching), now, prior, heard)
+            go = hazard(Decimal(calibration.switching), now, prior, heard)
             now = [(1 - go) * each + go * first for each, first in zip(now, prior, strict=True)]
         now = shares([weight * each for weight, each in zip(now, heard, strict=True)])
         found.append(now)
@@ -80,7 +87,7 @@ def exact(belief: Belief) -> list[list[Decimal]]:
 
 
 share = st.floats(0, 1)
-ways = st.sampled_from([PAPER, PAPER, PAPER, DEFAULT, LAST_TURN]) | st.builds(
+calibrations = st.sampled_from([PAPER, PAPER, PAPER, DEFAULT, LAST_TURN]) | st.builds(
     Calibration,
     st.floats(0.1, 20),
     share,
@@ -89,7 +96,7 @@ ways = st.sampled_from([PAPER, PAPER, PAPER, DEFAULT, LAST_TURN]) | st.builds(
 )
 
 
-def some_belief(random: np.random.Generator, way: Calibration) -> Belief:
+def some_belief(random: np.random.Generator, calibration: Calibration) -> Belief:
     """Of one to six goals and none to six turns, with numbers of a nat to a million."""
     g, t = random.integers(1, 7), random.integers(7)
     table = -random.choice([1.0, 30.0, 1e3, 1e6]) * random.random((t, g))
@@ -100,7 +107,7 @@ def some_belief(random: np.random.Generator, way: Calibration) -> Belief:
     if random.random() < 0.7:
         goals[random.integers(g)] = UNSPECIFIED
     weights = tuple((turn, float(random.random())) for turn in range(t) if random.random() < 0.2)
-    return Belief(tuple(goals), prior, table, way, weights=weights)
+    return Belief(tuple(goals), prior, table, calibration, weights=weights)
 
 
 def compare(belief: Belief) -> tuple[float, float]:
@@ -124,12 +131,12 @@ def test_probabilities_are_those_of_exact_arithmetic(cases: int, record_property
     seen = impossible = 0
 
     @settings(max_examples=cases // BATCH, database=None, suppress_health_check=[*HealthCheck])
-    @given(ways, st.integers(0, 2**64))
-    def holds(way: Calibration, seed: int) -> None:
+    @given(calibrations, st.integers(0, 2**64))
+    def holds(calibration: Calibration, seed: int) -> None:
         nonlocal apart, off, seen, impossible
         random = np.random.default_rng(seed)
         for _ in range(BATCH):
-            belief = some_belief(random, way)
+            belief = some_belief(random, calibration)
             found = compare(belief)
             assert found[0] <= 1e-9
             assert found[1] <= 1e-12
@@ -151,14 +158,16 @@ def test_probabilities_are_those_of_exact_arithmetic(cases: int, record_property
     ("goals", "turns"),
     [(1, 100), (2, 100), (500, 3), pytest.param(500, 100, marks=pytest.mark.slow)],
 )
-@pytest.mark.parametrize("way", [PAPER, DEFAULT], ids=["Eq. 1", "default"])
-def test_many_goals_and_many_turns_lose_no_digits(goals, turns, way, record_property) -> None:
+@pytest.mark.parametrize("calibration", [PAPER, DEFAULT], ids=["Eq. 1", "default"])
+def test_many_goals_and_many_turns_lose_no_digits(
+    goals, turns, calibration, record_property
+) -> None:
     support = (UNSPECIFIED, *(Goal(f"goal {n}") for n in range(goals - 1)))
     apart = off = 0.0
     for scale in (3.0, 1e3, 1e6):
         random = np.random.default_rng(goals + turns)
         table = -scale + random.random((turns, goals)) * min(scale, 3.0)
-        found = compare(Belief(support, np.zeros(goals), table, way))
+        found = compare(Belief(support, np.zeros(goals), table, calibration))
         apart, off = max(apart, found[0]), max(off, found[1])
     record_property(
         "measured",

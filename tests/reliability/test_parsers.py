@@ -75,12 +75,12 @@ def test_only_typed_errors_come_of_reading(
     ends, told = Counter[str](), list[str]()
     for sample in samples:
         read(sample)
-    ways = edited(samples)
+    texts = edited(samples)
     if samples[0].startswith(b"{"):
-        ways |= replaced(samples)
+        texts |= replaced(samples)
 
     @settings(max_examples=count, suppress_health_check=list(HealthCheck), database=None)
-    @given(ways)
+    @given(texts)
     def tried(data: bytes) -> None:
         try:
             read(data)
