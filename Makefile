@@ -25,7 +25,7 @@ WRITER := models/qwen2.5-coder-1.5b-instruct-q4_k_m.gguf
 FIT := $(BIN)/goalscope fit --start none --out adapters
 SHORT := --steps 100 --every 100 --validation 20
 
-.PHONY: help demo demo-web test test-all slow torch servers check package audit docs reliability fuzz pictures recording bench results adapter reader writer lock
+.PHONY: help demo demo-web test test-all slow torch servers check package audit docs reliability pictures recording bench results adapter reader writer lock
 
 help:
 	@awk -F ':.*## ' '/^[a-z -]+:.*## / {printf "make %-15s%s\n", $$1, $$2}' Makefile
@@ -83,10 +83,6 @@ docs: $(READY)  ## the documentation as a site, in site/; a broken link is an er
 
 reliability: $(READY)  ## what docs/reliability.md says, measured; the slow tests, too
 	$(BIN)/python -m pytest tests/reliability -m "slow or not slow"
-
-fuzz: $(READY)  ## the readers of others' text, a minute each, by a fuzzer that follows what it reaches
-	$(BIN)/python -m pip install --quiet atheris==3.0.0
-	PYTHONPATH=tests:tests/reliability $(BIN)/python tests/reliability/fuzz.py
 
 pictures: $(READY)  ## those of the page in docs/, by the tests that look at it; after `make servers`
 	GOALSCOPE_PICTURES=docs $(BIN)/python -m pytest -m slow tests/test_page_pictures.py

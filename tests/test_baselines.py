@@ -45,19 +45,6 @@ def test_tfidf_is_the_cosine_of_weighted_words_with_all_that_was_said_so_far():
     assert found == pytest.approx(np.array([first, second]))
 
 
-def test_bm25_is_lucenes_with_all_that_was_said_so_far_as_the_query():
-    pytest.importorskip("bm25s")
-    k, b, mean = 1.5, 0.75, 2.5  # words of a goal: 2 and 3
-
-    def weight(df, length):
-        return math.log(1 + (2 - df + 0.5) / (df + 0.5)) / (1 + k * (1 - b + b * length / mean))
-
-    found = bm25(GOALS, said("CAKE, and more", "bake?", "rice"))
-    cake = [weight(1, 2), 0]
-    more = [weight(1, 2) + weight(2, 2), weight(2, 3)]
-    assert found == pytest.approx(np.array([cake, more, more]), rel=1e-5)
-
-
 def test_embedding_is_a_cosine_and_likes_the_same_meaning():
     found = embedding([Goal("bake a cake"), Goal("wash the car")], said("Bake a cake", "I bake"))
     assert found[0, 0] == pytest.approx(1, abs=1e-5)

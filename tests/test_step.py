@@ -76,10 +76,13 @@ def test_an_error_leaves_the_belief_as_it_was() -> None:
     assert len(agent.tracker.turns) == 1
 
 
-@pytest.mark.parametrize("k", [0, 1.5, None])
-def test_k_is_a_whole_number_from_1(k) -> None:
-    with pytest.raises(InvalidInputError, match="k must be a whole number, 1 or more"):
-        Agent(LampRoom(), WordModel(), k=k)
+@pytest.mark.parametrize(
+    ("given", "told"),
+    [({"k": 0}, "k must be a whole number, 1 or more"), ({"method": "best"}, '"no-goals"')],
+)
+def test_settings_that_there_are_not_are_refused(given, told: str) -> None:
+    with pytest.raises(InvalidInputError, match=told):
+        Agent(LampRoom(), WordModel(), **given)
 
 
 def test_an_episode_keeps_its_settings_when_it_is_resumed() -> None:

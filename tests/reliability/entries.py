@@ -1,7 +1,6 @@
 """What reads text that others wrote: by name, a function of bytes, and bytes that it takes.
 
-Each function raises nothing but goalscope's own errors, whatever it is given; `test_parsers.py`
-and `fuzz.py` try.
+Each function raises nothing but goalscope's own errors, whatever it is given: `test_parsers.py`.
 """
 
 from __future__ import annotations

@@ -26,18 +26,13 @@ from goalscope.models.llama.model import embedded_path
 from processes import environment
 
 REACH = (
-    "''.__class__.__mro__[1].__subclasses__()", "cycler.__init__.__globals__.os.system({run!r})",
+    "''.__class__.__mro__[1].__subclasses__()",
     "raise_exception.__globals__['__builtins__']['__import__']('os').system({run!r})",
-    "self.__init__.__globals__", "lipsum.__globals__.os.popen({run!r}).read()",
-    "messages.__class__.__base__.__subclasses__()",
-    "namespace.__init__.__globals__.os.system({run!r})",
-    "joiner|attr('__init__')|attr('__globals__')", "(messages|map(attribute='__class__')|list)[0]",
-    "'{{0.__class__.__init__.__globals__}}'.format(messages)", "messages.append(1)",
-    "'%s' % self._TemplateReference__context.eval_ctx.environment.__class__.__init__.__globals__",
-    "range(10**9)|list", "messages[0].update(x=1)", "bos_token.__class__.__base__",
-    "dict.__base__.__subclasses__()", "(1).__class__.__base__.__subclasses__()",
-    "url_for.__globals__", "[].__class__.mro()[1]", "messages|sort(attribute='__class__')",
-)  # fmt: skip
+    "joiner|attr('__init__')|attr('__globals__')",
+    "'{{0.__class__.__init__.__globals__}}'.format(messages)",
+    "messages.append(1)",
+    "range(10**9)|list",
+)
 
 
 @pytest.mark.parametrize("reach", REACH)
