@@ -99,6 +99,25 @@ def test_failed_action_is_taken_back_whole() -> None:
     assert robot.state().fingerprint == before
 
 
+class Drifting(HouseController):
+    """A house in which the second start differs from the first."""
+
+    def reset(self) -> Any:
+        event = super().reset()
+        if getattr(self, "started", 0) > 1:
+            apple = next(each for each in self._house.state.objects if "Apple" in each)
+            super().step("PickupObject", objectId=apple, forceAction=True)
+            event = super().step("DropHandObject", forceAction=True)
+        self.started = getattr(self, "started", 0) + 1
+        return event
+
+
+def test_robot_stops_when_the_house_is_not_as_it_was() -> None:
+    robot = HomeRobot(Drifting("Kitchen1"))
+    with pytest.raises(GoalscopeError, match="not as it was"):
+        robot.step(Action("put", "tomato", destination="toaster"))
+
+
 def test_simulator_that_dies_is_told_and_the_rounds_are_kept() -> None:
     controller = Counting("Kitchen1")
     robot = HomeRobot(controller)

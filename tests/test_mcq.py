@@ -56,7 +56,7 @@ def test_what_was_read_is_written_and_read_again(tmp_path):
 
 
 def test_a_limit_takes_the_first(tmp_path):
-    rows = HEAD + "1?,a,b,c,d,e,A\n2?,a,b,c,d,e,A\nbroken\n"
+    rows = "\ufeff" + HEAD + "1?,a,b,c,d,e,A\r\n2?,a,b,c,d,e,A\r\nbroken\n"
     assert [each.prompt for each in read(tmp_path, rows, limit=2)] == ["1?", "2?"]
 
 

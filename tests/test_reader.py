@@ -59,11 +59,19 @@ def test_a_thing_that_nobody_named_is_never_ordered(takes_grammar):
 
 
 @pytest.mark.parametrize(
-    "text", ["", "{}", "[1]", '[{"do": "buy"}]', '[{"do": "add", "quantity": "many"}]', "```"]
+    ("text", "takes_grammar"),
+    [
+        ("rob milk", True),
+        ("add milk | quantity", True),
+        ("", False),
+        ("{}", False),
+        ('[{"do": "buy"}]', False),
+        ('[{"do": "add", "quantity": "many"}]', False),
+    ],
 )
-def test_a_server_that_ignores_the_schema_wrote_no_reading(text):
+def test_nonsense_is_no_reading(text, takes_grammar):
     with pytest.raises(UnreadableAnswerError):
-        Reader(Writes(text, takes_grammar=False), VERBS).read("milk")
+        Reader(Writes(text, takes_grammar=takes_grammar), VERBS).read("milk")
 
 
 def test_a_server_is_asked_for_json():
@@ -82,6 +90,7 @@ def test_an_endless_list_ends():
 
 def test_none_stands_alone():
     assert Reader(Writes("none\nadd milk"), VERBS).read("milk").orders == (Order("add", "milk"),)
+    assert Reader(Writes(""), VERBS).read("milk").orders == (Order("none"),)
 
 
 @pytest.mark.parametrize(
@@ -144,7 +153,9 @@ def test_the_model_is_shown_plain_figures_and_nobody_else():
     assert said[1:] == ["(Asked: 20 or 1.5 kg?)\n201", "none", "(Asked: $1500?)\n€1250.5!"]
 
 
-def test_a_message_beyond_the_context_is_refused_in_one_sentence():
+def test_a_message_beyond_the_context_or_without_words_is_refused():
+    with pytest.raises(InvalidInputError, match="utterance"):
+        Reader(Writes("none"), VERBS).read("\u200b")
     with pytest.raises(InvalidInputError, match="too long to be read"):
         Reader(Writes("none", context_size=400), VERBS).read("milk " * 500)
 

@@ -1,5 +1,6 @@
 """How readings are scored, and what the corpus must be."""
 
+import json
 from pathlib import Path
 
 import pytest
@@ -10,6 +11,7 @@ from goalscope.envs.house import HomeRobot
 from goalscope.experiment.reading_scores import (
     Language,
     Line,
+    line_to_json,
     read_corpus,
     read_languages,
     read_lines,
@@ -73,6 +75,13 @@ def test_precision_and_recall_are_of_orders():
 def test_what_was_not_read_is_wrong_even_where_nothing_was_to_be_read():
     found = score([((Order("none"),), None)])
     assert (found.exact, found.unread) == (0, 1)
+
+
+def test_a_line_reads_back(tmp_path):
+    line = Line("kim-1", "grocery", ("hello",), "What else?", "milk", (MILK, EGGS))
+    file = tmp_path / "kim.jsonl"
+    file.write_text(json.dumps(line_to_json(line)) + "\n")
+    assert read_corpus(file) == [line]
 
 
 @pytest.mark.parametrize(
