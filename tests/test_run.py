@@ -4,8 +4,6 @@ from __future__ import annotations
 
 import json
 import os
-import subprocess
-import sys
 import tempfile
 from dataclasses import replace
 from pathlib import Path
@@ -22,15 +20,12 @@ from goalscope.experiment.plan import (
     EpisodesPart,
     Experiment,
     Judge,
+    QuestionsPart,
     specs_of,
 )
 from goalscope.experiment.results import Results, cell_key
 from goalscope.experiment.tables import tables_of
 from goalscope.storage.tables import CELLS
-
-SOURCE = str(Path(__file__).parents[1] / "src")
-MAIN = [sys.executable, "-c", "from goalscope.cli.main import main; main()"]
-ENV = os.environ | {"PYTHONPATH": SOURCE}
 
 CHOICES = {"A": "a cake with much cocoa", "B": "a clean car"}
 REPHRASINGS = {"A": ["bake something with chocolate"], "B": ["wash the car"]}
@@ -329,45 +324,16 @@ def test_an_episode_writes_no_files_that_a_kill_would_leave_behind(fake, tmp_pat
     assert {*tmp_path.rglob("*")} == before
 
 
-def experiment_file(folder):
+def test_worker_processes_measure_the_same_to_the_bit(tmp_path):
     rows = "".join(json.dumps(row) + "\n" for row in QUESTIONS)
-    (folder / "questions.jsonl").write_text(rows)
-    text = f"mcq = {{file = {json.dumps(str(folder / 'questions.jsonl'))}}}"
-    (folder / "tiny.toml").write_text(text)
-    return folder / "tiny.toml"
-
-
-def command(file, folder, *more):
-    return [*MAIN, "experiment", "run", str(file), "--results", str(folder), "--json", *more]
-
-
-def measured(folder):
-    """The tables, and the exact results in the order of the plan."""
-    with Results.open(folder / "tiny.db") as results:
-        tables = [each.to_dict() for each in tables_of(results.asked_for())]
-        return tables, [(cell.key, cell.spec, cell.result) for cell in results.cells()]
-
-
-@pytest.fixture(scope="module")
-def whole(tmp_path_factory):
-    """The file of a tiny experiment, and what comes of it without an interruption."""
-    folder = tmp_path_factory.mktemp("whole")
-    file = experiment_file(folder)
-    ran = subprocess.run(command(file, folder), env=ENV, capture_output=True, text=True)
-    assert ran.returncode == 0, ran.stderr
-    tables, cells = measured(folder)
-    assert json.loads(ran.stdout) == tables
-    assert len(cells) == len(QUESTIONS)
-    assert all(result for *_, result in cells)
-    return file, tables, cells
-
-
-def test_worker_processes_measure_the_same_to_the_bit(whole, tmp_path):
-    file, tables, cells = whole
-    spread = command(file, tmp_path, "--workers", "2")
-    ran = subprocess.run(spread, env=ENV, capture_output=True, text=True)
-    assert ran.returncode == 0, ran.stderr
-    assert measured(tmp_path) == (tables, cells)
+    (tmp_path / "questions.jsonl").write_text(rows)
+    plan = Experiment("x", mcq=(QuestionsPart(str(tmp_path / "questions.jsonl")),))
+    found = []
+    for workers in (1, 2):
+        with Results.open(tmp_path / f"{workers}.db") as results:
+            assert run(specs_of(plan, None), results, plan, workers=workers)[-1][2:] == (3, 3)
+            found.append([(cell.key, cell.spec, cell.result) for cell in results.cells()])
+    assert found[0] == found[1]
 
 
 def die(task):
