@@ -256,7 +256,7 @@ def test_what_nobody_can_undo_is_known_before(
     robot: HomeRobot, before: list[str], action: Action
 ) -> None:
     follow(robot, *before)
-    assert robot.lasting(action)
+    assert robot.irreversible(action)
     assert robot.step(action).irreversible
 
 

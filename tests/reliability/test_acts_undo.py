@@ -174,7 +174,7 @@ def test_an_act_is_marked_irreversible_where_no_other_leads_back_and_nowhere_els
                 free += not result.irreversible
             if result.ok:
                 robot.reset()
-    assert all(robot.lasting(Action(name, robot_target)) for name, robot_target in marked)
+    assert all(robot.irreversible(Action(name, robot_target)) for name, robot_target in marked)
     record_property(
         "measured",
         f"{scene}: {len(marked)} acts that nothing leads back from, all marked; {free} others not",

@@ -89,12 +89,12 @@ class Execution:
         (self.results if result.ok else self.failed).append(result)
 
     def hold(
-        self, order: Order, reason: str, *, lasting: bool = False, grave: bool = False
+        self, order: Order, reason: str, *, irreversible: bool = False, grave: bool = False
     ) -> None:
         """Have an order wait for a yes: for the word itself, if it is irreversible or grave."""
         self.pending.append(order)
         self.reasons.append(reason)
-        if lasting:
+        if irreversible:
             self.end = CONFIRM
         elif grave and self.end != CONFIRM:
             self.end = SAY_YES
@@ -132,9 +132,8 @@ class Executor:
         self._env = env
         self._pick = pick
         self._unsure = unsure
-        self._verbs = {verb.name for verb in env.verbs}
+        self._verbs = {verb.name: verb for verb in env.verbs}
         self._takes_away = {verb.name for verb in env.verbs if verb.takes_away}
-        self._irreversible = {verb.name for verb in env.verbs if verb.irreversible}
 
     def execute(
         self, rounds: Sequence[Round], turn: Turn, reading: Reading, *, confirmed: bool
@@ -183,12 +182,12 @@ class Executor:
         binding = done.dialogue.beside(order, done.reading.orders)
         found = resolve(self._env, order, binding, self._pick)
         done.notes += [found.why] if found.why else []
-        lasting = order.do in self._irreversible or any(
+        irreversible = (by_verb and self._verbs[order.do].irreversible) or any(
             is_irreversible(self._env, action) for action in found.actions
         )
-        if new and found.actions and (reason or lasting):
+        if new and found.actions and (reason or irreversible):
             if not done.harm:
-                done.hold(order, reason, lasting=lasting)
+                done.hold(order, reason, irreversible=irreversible)
             return
         for action in found.actions:
             result = execute(self._env, action)

@@ -202,10 +202,10 @@ class Proactive(Environment):
         """The action in words."""
         return str(action)
 
-    def lasting(self, action: Action) -> bool:
+    def irreversible(self, action: Action) -> bool:
         """Whether an action cannot be undone now, even one that does not say so itself.
 
-        The agent asks before such an action, and never guesses one.
+        Agents ask `is_irreversible`, which knows the actions and verbs that say so, too.
         """
         return False
 
@@ -223,14 +223,14 @@ def missing(env: Environment) -> list[str]:
 
 
 def is_irreversible(env: Environment, action: Action) -> bool:
-    """Whether an action cannot be undone now, whoever made it.
+    """Whether an action cannot be undone now, whoever made it: it is asked about, never guessed.
 
     It is enough that the action says so, that the verb of its name declares it, or that a
     `Proactive` environment knows it.
     """
-    declared = (verb.name for verb in env.verbs if verb.irreversible)
-    known = isinstance(env, Proactive) and env.lasting(action)
-    return action.irreversible or action.name in declared or known
+    declared = any(verb.irreversible for verb in env.verbs if verb.name == action.name)
+    known = isinstance(env, Proactive) and env.irreversible(action)
+    return action.irreversible or declared or known
 
 
 def completion_phrase(env: Environment) -> str:

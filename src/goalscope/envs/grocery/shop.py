@@ -398,7 +398,7 @@ class GroceryShop(Proactive):
         told = f"The basket is now purchased for {total}.\n{self.state().text}"
         return StepResult(action, True, told, terminated=True, irreversible=True)
 
-    def lasting(self, action: Action) -> bool:
+    def irreversible(self, action: Action) -> bool:
         """Whether the action is the purchase."""
         return action.name == "buy basket"
 

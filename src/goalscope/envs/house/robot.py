@@ -177,7 +177,7 @@ class HomeRobot(Proactive):
         finder, untouched = Finder(view, pick), bound(view, dialogue)
         return Resolver(view, self._start, finder, done, untouched, dialogue.asked).resolve(order)
 
-    def lasting(self, action: Action) -> bool:
+    def irreversible(self, action: Action) -> bool:
         """Whether the action slices, breaks, uses up or cooks something.
 
         What is put on a lit burner, or in a microwave that is then turned on, is cooked, too.
