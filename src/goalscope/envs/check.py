@@ -113,6 +113,8 @@ class _Trial:
         is_right = _is_list(found, kind) if wanted.startswith("a list") else isinstance(found, kind)
         about = f", for {given[0]}" if given else ""
         _hold(is_right, f"`{member}` must give {wanted}, not {found!r}{about}")
+        if kind is Action:
+            _hold_actions(found)
         return found
 
     def state(self) -> State:
@@ -251,9 +253,7 @@ class _Trial:
         """See `Proactive.actions`; none where these limits hold."""
         if not isinstance(self.env, Proactive):
             return []
-        found: list[Action] = self.call("actions", name, fold([Reading(limits)]))
-        _hold_actions(found)
-        return found
+        return self.call("actions", name, fold([Reading(limits)]))
 
     def try_guesses(self) -> None:
         """What may be done unasked: not what was ruled out, nor what is done already."""
@@ -274,7 +274,6 @@ class _Trial:
             for scenario in self.call("like", name, 8):
                 for need in (*scenario.needed, *scenario.nice):
                     way = self.call("serving", need, DialogueState())
-                    _hold_actions(way)
                     close = get_close_matches(str(need), self.names, 1, _TYPO)
                     known = bool(way) or not close or need in close
                     _hold(known, f"a scenario needs {need!r}; did you mean {close}?")
@@ -390,10 +389,9 @@ def _hold_actions(actions: Sequence[Action]) -> None:
 
 def _both(first: State, second: State) -> str:
     """Two states that should be the same; by their fingerprints if their texts are."""
-    one, two = first.text, second.text
-    if one == two:
-        one, two = first.fingerprint, second.fingerprint
-    return f" (first {one!r}, then {two!r})"
+    if first.text == second.text:
+        return f" (first {first.fingerprint!r}, then {second.fingerprint!r})"
+    return f" (first {first.text!r}, then {second.text!r})"
 
 
 def _is_list(found: Any, kind: type) -> bool:

@@ -29,7 +29,7 @@ _LABELLED = 2  # most items of which an answer tells the labels
 _LONGEST = 4  # most words of a phrase that a question mentions
 
 
-class Choice:
+class Chooser:
     """Chooses items of one catalogue for what is said."""
 
     def __init__(self, catalogue: Catalogue, search: Search) -> None:

@@ -120,16 +120,16 @@ class Bounds:
         diets: Restrictions of `DIETS` that bind the whole basket.
         some: Restrictions that only some people follow: they bind what is guessed, and among
             several things that an order may mean, those that fit are preferred.
-        refused: Names that items must not have.
+        avoided: Names that items must not have.
         budget: Maximum total, in the shop's currency; None for no budget.
-        grave: Those of the restrictions and refused names that an allergy or a diet is behind: of
+        grave: Those of the restrictions and avoided names that an allergy or a diet is behind: of
             these, a guess must be known to fit.
         labelled: Restrictions that the catalogue labels.
     """
 
     diets: frozenset[str] = frozenset()
     some: frozenset[str] = frozenset()
-    refused: tuple[str, ...] = ()
+    avoided: tuple[str, ...] = ()
     budget: Decimal | None = None
     grave: frozenset[str] = frozenset()
     labelled: frozenset[str] = frozenset()
@@ -141,7 +141,7 @@ class Bounds:
 
     def surely_suits(self, item: Item) -> bool:
         """Whether no bound at all rules out an item, and it is known to fit the grave ones."""
-        bounds = (*self.diets, *self.some, *self.refused)
+        bounds = (*self.diets, *self.some, *self.avoided)
         grave = (bound for bound in bounds if bound in self.grave)
         return self.suits(item) and all(self._judged(item, bound) == "fits" for bound in grave)
 
@@ -149,14 +149,14 @@ class Bounds:
         """Why an item is ruled out, as text; "" if it is not."""
         if broken := sorted(d for d in self.diets if self._judged(item, d) == "violates"):
             return f"it has to be {' and '.join(broken)}"
-        ruled = next((r for r in self.refused if self._judged(item, r) == "violates"), "")
+        ruled = next((r for r in self.avoided if self._judged(item, r) == "violates"), "")
         return f'you want no "{ruled}"' if ruled else ""
 
     def unknown(self, items: Iterable[Item]) -> str:
         """Which of some items nobody knows to fit the bounds of the whole basket; "" for none."""
         items = list(items)
         told: list[str] = []
-        for bound in (*sorted(self.diets), *(r for r in self.refused if r in self.grave)):
+        for bound in (*sorted(self.diets), *(r for r in self.avoided if r in self.grave)):
             names = [item.name for item in items if self._judged(item, bound) == "unknown"]
             fit = bound if bound in self.diets else f'free of "{bound}"'
             told += [f"Not known to be {fit}: {_listed(names)}."] if names else []
@@ -164,16 +164,16 @@ class Bounds:
 
     def told(self, restriction: str, items: Iterable[Item]) -> str:
         """Which of some items are known to fit a restriction of `DIETS`, and which are not."""
-        fits: dict[Verdict, list[str]] = {"fits": [], "unknown": [], "violates": []}
-        for item in items:
-            judged = verdict(item, restriction, is_labelled=restriction in self.labelled)
-            fits[judged].append(item.name)
-        ways = {
-            "fits": f"Known to be {restriction}",
-            "unknown": f"Not known to be {restriction}",
-            "violates": f"Not {restriction}",
-        }
-        return " ".join(f"{ways[key]}: {_listed(names)}." for key, names in fits.items() if names)
+        is_labelled, told = restriction in self.labelled, list[str]()
+        judged = {i.name: verdict(i, restriction, is_labelled=is_labelled) for i in items}
+        for way, text in (
+            ("fits", "Known to be"),
+            ("unknown", "Not known to be"),
+            ("violates", "Not"),
+        ):
+            names = [name for name, fits in judged.items() if fits == way]
+            told += [f"{text} {restriction}: {_listed(names)}."] if names else []
+        return " ".join(told)
 
     def _judged(self, item: Item, bound: str) -> Verdict:
         if bound in self.diets or bound in self.some:
@@ -189,7 +189,7 @@ def _listed(names: Sequence[str]) -> str:
 def bounds_of(dialogue: DialogueState, catalogue: Catalogue) -> Bounds:
     """The bounds that the limits of a dialogue come to in the shop of a catalogue."""
     diets, some, grave = set[str](), set[str](), set[str]()
-    refused: list[str] = []
+    avoided: list[str] = []
     for limit in dialogue.limits:
         found = diets_of(limit)
         bound = {*found}
@@ -197,8 +197,8 @@ def bounds_of(dialogue: DialogueState, catalogue: Catalogue) -> Bounds:
         bound.update(filter(None, (DIETS[name].guessed for name in found)))
         some.update(bound - found)
         if limit.do == "avoid" and not found:
-            refused.append(refusal(limit))
-            bound.add(refused[-1])
+            avoided.append(avoided_name(limit))
+            bound.add(avoided[-1])
         grave.update(bound if limit.why in GRAVE else ())
     labels = [read_label(tag).fits for tag in catalogue.tags if dialogue.limits]
     budget = dialogue.budget
@@ -206,7 +206,7 @@ def bounds_of(dialogue: DialogueState, catalogue: Catalogue) -> Bounds:
     return Bounds(
         frozenset(diets),
         frozenset(some - diets),
-        tuple(filter(None, refused)),
+        tuple(filter(None, avoided)),
         Decimal(str(budget.quantity)) if budget and binds else None,
         frozenset(grave),
         frozenset[str]().union(*labels),
@@ -225,7 +225,7 @@ def unset_budget(budget: Order, currency: str) -> str:
     )
 
 
-def refusal(limit: Order) -> str:
+def avoided_name(limit: Order) -> str:
     """What a thing must not be called; of an allergy the head noun alone, since kinds do not count.
 
     "Fresh strawberries" rule out strawberry jam.
@@ -243,9 +243,9 @@ def diets_of(limit: Order) -> frozenset[str]:
     if limit.do == "only":
         names = {name: f"{name}, {diet.named}" for name, diet in DIETS.items()}
     elif limit.why == "allergy":
-        names = {n: f"{diet.refused}, {diet.allergens}, {diet.named}" for n, diet in DIETS.items()}
+        names = {n: f"{diet.avoided}, {diet.allergens}, {diet.named}" for n, diet in DIETS.items()}
     else:
-        names = {name: diet.refused for name, diet in DIETS.items()}
+        names = {name: diet.avoided for name, diet in DIETS.items()}
     if limit.why == "allergy" or (limit.do == "only" and limit.why in GRAVE):
         return frozenset(n for n, listed in names.items() if finder(listed).search(" ".join(said)))
     return frozenset(

@@ -30,7 +30,7 @@ class Diet:
         harmless: Phrases in an item's name that make it fit.
         violating: Phrases that make an item violate it; only a label makes an item fit where this
             is empty.
-        refused: What a person who follows it refuses, as in "no wheat".
+        avoided: What a person who follows it avoids, as in "no wheat".
         allergens: What else an allergy names it by, as in "allergic to almonds".
         named: Other names of the diet, and of those who follow it.
         labels: All names of it on labels, its own and these among them.
@@ -43,7 +43,7 @@ class Diet:
 
     harmless: str
     violating: str = ""
-    refused: str = ""
+    avoided: str = ""
     allergens: str = ""
     named: str = ""
     labels: str = ""
@@ -181,7 +181,7 @@ def _read(said: Sequence[str], *, is_sure: bool, is_name: bool) -> Claims:
     is_absent = bool(_LACKING.intersection(said)) and not finder(_ABSENT).sub("", bare).strip()
     claimed: dict[str, set[str]] = {"fits": set(), "violates": set(), "hints": set()}
     for name, diet in DIETS.items():
-        ruled_out = f"{diet.refused}, {diet.allergens}"
+        ruled_out = f"{diet.avoided}, {diet.allergens}"
         saved = finder(diet.saving).sub("|", text)
         if own := finder(diet.labels).search(saved):
             before = [word for word in saved[: own.start()].split() if word not in _FILL]
@@ -196,7 +196,7 @@ def _read(said: Sequence[str], *, is_sure: bool, is_name: bool) -> Claims:
             continue
         elif _PRESENT.intersection(said):
             held = finder(diet.saving).sub("|", bare)
-            named = ruled_out if diet.refused else diet.violating
+            named = ruled_out if diet.avoided else diet.violating
             if finder(named).search(held):
                 claimed["violates"].add(name)
             elif finder(diet.violating).search(held):

@@ -58,7 +58,8 @@ class Search:
             (sum(word not in self._words[i] for word in said), -float(nearness[i]), i)
             for i in self._heads.get(said[-1], ())
         )
-        rankings = ([i for (i,) in matches], _top(nearness), [i for *_, i in headed])
+        near: list[int] = np.argsort(-nearness, kind="stable").tolist()
+        rankings = ([i for (i,) in matches], near, [i for *_, i in headed])
         scores: defaultdict[int, float] = defaultdict(float)
         for ranking in rankings:
             for place, index in enumerate(ranking[:_DEPTH], start=1):
@@ -118,16 +119,13 @@ class Search:
         Before a name of one word stand mere qualities: dates for "fresh dates", but no steak for a
         "unicorn steak". No word of a label does, since "vegan" is meant where it is said.
         """
-        said = singulars(phrase)
-        items = [self._items[i] for i in self._heads.get(said[-1], ())] if said else []
-        sizes = {item: len(singulars(item.name)) for item in items}
-        return [
-            item
-            for item, size in sizes.items()
-            if said[-size:] == singulars(item.name)
-            and (size > 1 or {*said[:-1]} <= _QUALITIES)
-            and not {*said[:-size]} & LABELS
-        ]
+        said, found = singulars(phrase), list[Item]()
+        for item in [self._items[i] for i in self._heads.get(said[-1], ())] if said else ():
+            size = len(singulars(item.name))
+            before, ends = {*said[:-size]}, said[-size:] == singulars(item.name)
+            if ends and (size > 1 or before <= _QUALITIES) and not before & LABELS:
+                found.append(item)
+        return found
 
     def plainness(self, item: Item, phrase: str) -> tuple[int, int, int, int]:
         """How plainly the item is `phrase`, the plainest least.
@@ -147,7 +145,8 @@ class Search:
         names, vectors = self._kinds
         if not names or not words(text) or limit < 1:
             return []
-        return [names[i] for i in _top(_nearness(vectors, text))[:limit]]
+        near: list[int] = np.argsort(-_nearness(vectors, text), kind="stable").tolist()
+        return [names[i] for i in near[:limit]]
 
     @cached_property
     def _synonyms(self) -> dict[tuple[str, ...], str]:
@@ -231,8 +230,3 @@ def _endings(name: str) -> Iterable[str]:
 def _nearness(vectors: _Vectors, text: str) -> _Vectors:
     """Cosines; without BLAS, whose threads cost more than they save where cores are busy."""
     return np.einsum("ij,j->i", vectors, embedded([text])[0])
-
-
-def _top(values: _Vectors) -> list[int]:
-    """Places of the values, the largest first; of equal values, the first."""
-    return np.argsort(-values, kind="stable").tolist()

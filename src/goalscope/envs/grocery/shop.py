@@ -12,8 +12,8 @@ from goalscope.base.nouns import head_nouns, names, singulars
 from goalscope.base.types import Action, Profile, StepResult
 from goalscope.envs import Checks, Pick, Proactive, Resolution, State
 from goalscope.envs.grocery.catalogue import Catalogue, Item
-from goalscope.envs.grocery.choosing import Choice
-from goalscope.envs.grocery.dietary import Bounds, bounds_of, diets_of, refusal, unset_budget
+from goalscope.envs.grocery.choosing import Chooser
+from goalscope.envs.grocery.dietary import Bounds, avoided_name, bounds_of, diets_of, unset_budget
 from goalscope.envs.grocery.diets import diet_named
 from goalscope.envs.grocery.profiles import checks_met, unwanted
 from goalscope.envs.grocery.quantities import packages, without_percentage
@@ -73,7 +73,7 @@ class GroceryShop(Proactive):
         self.catalogue = catalogue
         self.verbs = with_examples(type(self).verbs, "goalscope.envs.grocery")
         self._search = search or Search(catalogue)
-        self._choice = Choice(catalogue, self._search)
+        self._chooser = Chooser(catalogue, self._search)
         self._basket: dict[Item, int] = {}
         self._taken_out: set[Item] = set()
         self._bought = False
@@ -148,20 +148,20 @@ class GroceryShop(Proactive):
     def _add(self, order: Order, bounds: Bounds, dialogue: DialogueState) -> Resolution:
         """More of a thing, or exactly so many of it; a guess counts towards what is asked for."""
         said, before = order.what, _asked_for(dialogue, order)
-        item = self._choice.meant(said, bounds, self._basket)
+        item = self._chooser.meant(said, bounds, self._basket)
         if item is None and order.quantity is None:
-            what, quantity = self._choice.counted(said)
+            what, quantity = self._chooser.counted(said)
             order = replace(order, what=what, quantity=quantity)
-            item = self._choice.meant(what, bounds, self._basket)
+            item = self._chooser.meant(what, bounds, self._basket)
         if item is None:
-            return Resolution(why=self._choice.lacking(said, bounds))
+            return Resolution(why=self._chooser.lacking(said, bounds))
         (number, note), held = packages(order, item), self._basket.get(item, 0)
         if note and not number:
             return Resolution(why=note)
         if order.quantity is None and held:
             number = 0
         elif order.do == "set" or item not in (
-            self._choice.meant(each, bounds, self._basket) for each in before
+            self._chooser.meant(each, bounds, self._basket) for each in before
         ):
             number -= held
         if not number:
@@ -191,10 +191,10 @@ class GroceryShop(Proactive):
         self, order: Order, bounds: Bounds, dialogue: DialogueState, pick: Pick
     ) -> Resolution:
         """One thing for as many of another; where there is no such thing, the other comes."""
-        what, quantity = self._choice.counted(order.for_)
-        item = self._choice.meant(what, bounds, self._basket)
+        what, quantity = self._chooser.counted(order.for_)
+        item = self._chooser.meant(what, bounds, self._basket)
         if item is None:
-            return Resolution(why=self._choice.lacking(order.for_, bounds))
+            return Resolution(why=self._chooser.lacking(order.for_, bounds))
         old, held = self._held(order.what, pick)[:1], self._basket.get(item, 0)
         if old == [item]:
             return Resolution(why=f"The basket holds {held} x {item.name} already.")
@@ -209,7 +209,7 @@ class GroceryShop(Proactive):
         elif not old:
             number, note = packages(order, item)
         before = _asked_for(dialogue, order)
-        if item not in (self._choice.meant(each, bounds, self._basket) for each in before):
+        if item not in (self._chooser.meant(each, bounds, self._basket) for each in before):
             number = max(number - held, 0)
         moved = [*(_change(each, -count) for each in old), _change(item, min(number, MOST - held))]
         missed = "" if old else f'The basket held nothing called "{order.what}".'
@@ -218,9 +218,9 @@ class GroceryShop(Proactive):
 
     def _held(self, phrase: str, pick: Pick) -> list[Item]:
         """What of the basket a phrase means; nothing like it, if the shop has the very thing."""
-        if found := self._choice.held(phrase, [*self._basket]):
+        if found := self._chooser.held(phrase, [*self._basket]):
             return found
-        other = self._choice.meant(phrase, Bounds())
+        other = self._chooser.meant(phrase, Bounds())
         if other and names(other.name, phrase):
             return []
         return [item for item in self._basket if item.name == pick(phrase, [*self.basket])]
@@ -234,7 +234,7 @@ class GroceryShop(Proactive):
 
         def stays(item: Item) -> bool:
             ordered = any(
-                self._choice.held(phrase, [item]) or self._choice.meant(phrase, Bounds()) == item
+                self._chooser.held(phrase, [item]) or self._chooser.meant(phrase, Bounds()) == item
                 for phrase in wanted
             )
             return not bounds.against(item) if ordered else bounds.surely_suits(item)
@@ -245,7 +245,7 @@ class GroceryShop(Proactive):
             order.do == "avoid"
             and (
                 order.why != "allergy"
-                or any(names(item.name, refusal(order)) for item in self.catalogue.items)
+                or any(names(item.name, avoided_name(order)) for item in self.catalogue.items)
             )
         )
         why = "" if is_known else f'I cannot tell by names and labels what is "{order.what}".'
@@ -297,7 +297,7 @@ class GroceryShop(Proactive):
             return []
         bounds = bounds_of(dialogue, self.catalogue)
         most = None if bounds.budget is None else (bounds.budget - self.total) / _AT_ONCE
-        found = self._choice.offers(name, bounds, {*self._basket, *self._taken_out})
+        found = self._chooser.offers(name, bounds, {*self._basket, *self._taken_out})
         return [
             Action("add item", item.name)
             for item in found
@@ -324,9 +324,9 @@ class GroceryShop(Proactive):
         if self._basket and (diet := diet_named(about)):
             return bounds.told(diet, self._basket)
         if about:
-            others = self._choice.mentions(said)[:_MENTIONS]
+            others = self._chooser.mentions(said)[:_MENTIONS]
             asked = (order.what, *(each for each in others if not names(order.what, each)))
-            return "\n".join(self._choice.facts(each, self._basket, bounds) for each in asked)
+            return "\n".join(self._chooser.facts(each, self._basket, bounds) for each in asked)
         told = [self.state().text]
         if bounds.budget is not None:
             named, left = self.catalogue.money(bounds.budget), bounds.budget - self.total
@@ -340,8 +340,8 @@ class GroceryShop(Proactive):
             told.append(f"All of it has to be {' and '.join(sorted(bounds.diets))}.")
         if bounds.some:
             told.append(f"For some, it has to be {' and '.join(sorted(bounds.some))}.")
-        if bounds.refused:
-            told.append(f"You want no {', no '.join(bounds.refused)}.")
+        if bounds.avoided:
+            told.append(f"You want no {', no '.join(bounds.avoided)}.")
         return "\n".join(filter(None, (*told, bounds.unknown(self._basket))))
 
     def step(self, action: Action) -> StepResult:
