@@ -305,6 +305,8 @@ def test_undo_brings_nothing_back_that_is_ruled_out_or_bought() -> None:
         ("unicorn steak", 'nothing called "unicorn steak"'),
         ("cheddar", "The shop has Cheddar Cheese (250 g), $3.69, labelled"),
         ("peanut butter", "Creamy Peanut Butter: it has to be nut-free."),
+        ("cheapest cheese", "The shop has Ricotta Cheese (250 g), $3.09"),
+        ("most expensive thing", "2 in the basket; Organic"),
     ],
 )
 def test_questions_are_answered_by_facts(what: str, part: str) -> None:
