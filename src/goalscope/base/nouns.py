@@ -67,7 +67,13 @@ def singulars(text: str) -> list[str]:
 
 @lru_cache(maxsize=8192)
 def _singulars(text: str) -> tuple[str, ...]:
-    return tuple(singular(word) for word in words(text))
+    parts = (_singulars_without_spaces(part) for part in plain(text).lower().split())
+    return tuple(word for words in parts for word in words)
+
+
+@lru_cache(maxsize=32768)
+def _singulars_without_spaces(part: str) -> tuple[str, ...]:
+    return tuple(singular(word) for word, _, _ in spans(part))
 
 
 def contains(text: Collection[str], term: Collection[str]) -> bool:

@@ -124,6 +124,8 @@ def domain_named(name: str) -> Domain:
 
 def known_as(name: str) -> str:
     """The name of the domain that comes with goalscope under an alias; any other as it is."""
+    if name in BUILT_IN:
+        return name  # without importing the other domain
     return next((each for each in BUILT_IN if domain_named(each).alias == name), name)
 
 

@@ -39,13 +39,10 @@ def summed(texts: Sequence[str]) -> Vectors:
 
 def group_sums(vectors: Vectors, groups: Sequence[Sequence[int]]) -> Vectors:
     """The sum of each group of rows, named by their numbers."""
-    sizes = np.array([len(group) for group in groups], np.intp)
-    rows = np.fromiter(chain(*groups), np.intp, sizes.sum())
-    starts = sizes.cumsum() - sizes
     sums = np.zeros((len(groups), vectors.shape[1]), np.float32)
-    for place in range(sizes.max(initial=0)):
-        longer = np.flatnonzero(sizes > place)
-        sums[longer] += vectors[rows[starts[longer] + place]]
+    for total, group in zip(sums, groups, strict=True):
+        if group:
+            vectors[group].sum(axis=0, out=total)
     return sums
 
 

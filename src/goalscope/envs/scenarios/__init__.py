@@ -107,14 +107,13 @@ class Nearest:
 def shipped_scenarios(domain: str) -> Nearest:
     """The scenarios that come with goalscope for a domain."""
     folder = files("goalscope.envs.scenarios")
-    lines = (
-        line
+    rows = (
+        json.loads(line)
         for file in sorted(folder.iterdir(), key=lambda each: each.name)
         if file.name.endswith(".jsonl")
         for line in file.read_text(encoding="utf-8").splitlines()
     )
-    found = (scenario_from_json(json.loads(line)) for line in lines if line.strip())
-    return Nearest([each for each in found if each.domain == domain])
+    return Nearest([scenario_from_json(row) for row in rows if row["domain"] == domain])
 
 
 def scenario_from_json(data: object) -> Scenario:
