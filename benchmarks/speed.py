@@ -73,7 +73,7 @@ class Recorder:
         self.pairs: list[tuple[Sequence[Message], str]] = []
 
     def token_logprobs(
-        self, contexts: Sequence[Sequence[Message]], words: Sequence[str], *, end_of_turn: bool
+        self, contexts: Sequence[Sequence[Message]], words: Sequence[str]
     ) -> list[Any]:
         self.pairs = list(zip(contexts, words, strict=True))
         return [np.zeros(1)] * len(words)

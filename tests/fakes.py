@@ -84,8 +84,6 @@ class WordModel:
         self,
         contexts: Sequence[Sequence[Message]],
         continuations: Sequence[str],
-        *,
-        end_of_turn: bool = False,
     ) -> list[np.ndarray]:
         self.calls += 1
         rows = []
@@ -99,7 +97,7 @@ class WordModel:
             seen = {word for message in context for word in words(message.content)}
             total = self.vocabulary + len(seen) * (self.boost - 1)
             row = [math.log((self.boost if w in seen else 1) / total) for w in words(text)]
-            rows.append(np.array(row + [math.log(0.5)] * end_of_turn))
+            rows.append(np.array(row))
         return rows
 
     def count_tokens(self, messages: Sequence[Message]) -> int:
@@ -129,8 +127,8 @@ class NamedModel(WordModel):
 class RefusesAll(WordModel):
     """Finds every refusal likelier than any consent."""
 
-    def token_logprobs(self, contexts, continuations, *, end_of_turn=False):
-        rows = super().token_logprobs(contexts, continuations, end_of_turn=end_of_turn)
+    def token_logprobs(self, contexts, continuations):
+        rows = super().token_logprobs(contexts, continuations)
         return [
             np.zeros(1) if text.startswith("I'm sorry") else row
             for row, text in zip(rows, continuations, strict=True)

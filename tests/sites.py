@@ -43,11 +43,11 @@ class FailsOnce(WordModel):
     def __init__(self) -> None:
         super().__init__(WRITES)
 
-    def token_logprobs(self, contexts, continuations, *, end_of_turn=False):
+    def token_logprobs(self, contexts, continuations):
         if self.fails:
             self.fails = False
             raise ModelError("The model is away. Try again.")
-        return super().token_logprobs(contexts, continuations, end_of_turn=end_of_turn)
+        return super().token_logprobs(contexts, continuations)
 
 
 class Person:

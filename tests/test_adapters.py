@@ -127,7 +127,7 @@ def test_both_engines_apply_an_adapter_alike(exact_gguf: Path, mine: Path, model
     theirs = LlamaCpp(exact_gguf, adapter=file)
     ours = Transformers(exact_gguf, adapter=file, device="cpu", dtype="float32")
     before, found, other = (
-        each.token_logprobs(CONTEXTS, REPLIES, end_of_turn=True) for each in (model, theirs, ours)
+        each.token_logprobs(CONTEXTS, REPLIES) for each in (model, theirs, ours)
     )
     np.testing.assert_allclose(np.concatenate(other), np.concatenate(found), atol=0.01)
     assert np.abs(np.concatenate(found) - np.concatenate(before)).mean() > 0.1

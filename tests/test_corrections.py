@@ -220,8 +220,8 @@ def test_a_round_that_fails_changes_nothing_and_loses_no_correction() -> None:
 class Refuses(WordModel):
     """Refuses goals of tea, and finds the task a hindrance to those that help."""
 
-    def token_logprobs(self, contexts, continuations, *, end_of_turn=False):
-        rows = super().token_logprobs(contexts, continuations, end_of_turn=end_of_turn)
+    def token_logprobs(self, contexts, continuations):
+        rows = super().token_logprobs(contexts, continuations)
         return [
             0 * row if text.startswith("I'm sorry") and "tea" in context[-1].content else row
             for context, text, row in zip(contexts, continuations, rows, strict=True)
@@ -269,8 +269,8 @@ class OneModel:
     context_size = 4096
     count_tokens = WordModel.count_tokens
 
-    def token_logprobs(self, contexts, continuations, *, end_of_turn=False):
-        return WordModel().token_logprobs(contexts, continuations, end_of_turn=end_of_turn)
+    def token_logprobs(self, contexts, continuations):
+        return WordModel().token_logprobs(contexts, continuations)
 
 
 @pytest.mark.parametrize(("own", "other"), [(WordModel, OneModel), (OneModel, WordModel)])

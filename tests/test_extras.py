@@ -14,7 +14,7 @@ from goalscope.base.optional_packages import EXTRAS
 from goalscope.base.stats import bootstrap_mean
 from goalscope.base.types import Goal, GoalscopeError, ModelError, Turn
 from goalscope.experiment.baselines import bm25
-from goalscope.models.served.client import Server
+from goalscope.models.server import Server
 from goalscope.storage.store import Store
 
 PROJECT = Path(__file__).parents[1] / "pyproject.toml"

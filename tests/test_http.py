@@ -13,7 +13,7 @@ from typing import Any
 import pytest
 
 from goalscope.base.types import InvalidInputError, ModelError
-from goalscope.models.served.client import RETRIES, Server, understood
+from goalscope.models.server import RETRIES, Server, understood
 
 httpx2 = pytest.importorskip("httpx2", reason="models behind a server need goalscope[remote]")
 

@@ -147,9 +147,9 @@ def test_next_token_probabilities_sum_to_one(model: LlamaCpp) -> None:
 
 def test_a_sentence_is_the_product_of_its_tokens(model: LlamaCpp) -> None:
     context, reply = CONTEXTS[0], "Nuts."
-    (scores,) = model.token_logprobs([context], [reply], end_of_turn=True)
+    (scores,) = model.token_logprobs([context], [reply])
     prompt, steps = model.tokenizer.render(context), []
-    for token in [*model.tokenizer.tokenize(reply), model.tokenizer.end_of_turn]:
+    for token in model.tokenizer.tokenize(reply):
         steps.append(model.next_logprobs(prompt)[token])
         prompt.append(token)
     np.testing.assert_allclose(scores, steps, atol=TOLERANCE / 2)

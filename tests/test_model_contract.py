@@ -86,10 +86,11 @@ def test_order_does_not_matter(backend: Any) -> None:
     np.testing.assert_allclose(backward[::-1], forward, atol=TOLERANCE)
 
 
-def test_end_of_turn_is_one_more_token(backend: Any, scorer: TokenScorer) -> None:
-    (without,) = backend.token_logprobs([CONTEXTS[0]], ["Nuts."])
-    (with_end,) = backend.token_logprobs([CONTEXTS[0]], ["Nuts."], end_of_turn=True)
-    assert len(with_end) == len(without) + 1 == len(scorer.tokenizer.tokenize("Nuts.")) + 1
+def test_each_token_is_scored_and_the_end_of_a_turn_has_no_text(
+    backend: Any, scorer: TokenScorer
+) -> None:
+    (row,) = backend.token_logprobs([CONTEXTS[0]], ["Nuts."])
+    assert len(row) == len(scorer.tokenizer.tokenize("Nuts."))
     assert scorer.tokenizer.detokenize([scorer.tokenizer.end_of_turn]) == ""
 
 

@@ -110,7 +110,7 @@ def test_a_served_model_of_a_private_name_is_looked_for_nowhere(
     hub = pytest.importorskip("huggingface_hub")
     asked: list[str] = []
     monkeypatch.setattr(hub, "hf_hub_download", lambda name, *_, **__: asked.append(name))
-    monkeypatch.setattr("goalscope.models.served.client.Server.facts", {"id": "our-secret"})
+    monkeypatch.setattr("goalscope.models.server.Server.facts", {"id": "our-secret"})
     with pytest.raises(
         ModelError, match=r"our-secret is not a name.*open_model\(tokenizer=\.\.\.\)"
     ):

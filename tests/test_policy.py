@@ -66,7 +66,7 @@ class Judges(WordModel):
         super().__init__({NEEDS: written})
         self.table = table
 
-    def token_logprobs(self, contexts, continuations, *, end_of_turn=False):
+    def token_logprobs(self, contexts, continuations):
         rows = []
         for context, text in zip(contexts, continuations, strict=True):
             told, _, thing = context[-1].content.rpartition("\nAnd ")

@@ -8,7 +8,7 @@ from contextlib import suppress
 import pytest
 
 from goalscope.base.types import Message, ModelError
-from goalscope.models.reasoning import answer_of
+from goalscope.models.chat import answer_of
 from test_served_writing import reply, writing
 
 

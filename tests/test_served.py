@@ -17,8 +17,8 @@ import pytest
 from goalscope.base.types import Message, ModelError
 from goalscope.models.llama.model import LlamaCpp
 from goalscope.models.scoring import Pair
-from goalscope.models.served.client import Server
-from goalscope.models.served.scorer import Forced, PromptTokens, ServedScorer
+from goalscope.models.served import Forced, PromptTokens, ServedScorer
+from goalscope.models.server import Server
 from test_model_contract import TOLERANCE
 
 httpx2 = pytest.importorskip("httpx2", reason="models behind a server need goalscope[remote]")
@@ -133,8 +133,8 @@ def test_an_honest_server_passes_and_scores_like_the_model(
 ) -> None:
     scorer = simulated.scorer()
     assert scorer.protocol == PromptTokens.name
-    ours = scorer.token_logprobs(CONTEXTS, REPLIES, end_of_turn=True)
-    theirs = model.token_logprobs(CONTEXTS, REPLIES, end_of_turn=True)
+    ours = scorer.token_logprobs(CONTEXTS, REPLIES)
+    theirs = model.token_logprobs(CONTEXTS, REPLIES)
     for row, expected in zip(ours, theirs, strict=True):
         assert row.sum() == pytest.approx(expected.sum(), abs=TOLERANCE)
 

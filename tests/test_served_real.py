@@ -16,9 +16,8 @@ import pytest
 
 from goalscope.base.types import Message, ModelError
 from goalscope.models.llama.model import LlamaCpp
-from goalscope.models.served.client import Server
-from goalscope.models.served.generator import ServedGenerator
-from goalscope.models.served.scorer import Forced, PromptTokens, ServedScorer
+from goalscope.models.served import Forced, PromptTokens, ServedGenerator, ServedScorer
+from goalscope.models.server import Server
 from test_served import CONTEXTS, REPLIES, SCHEMA
 
 EXACT = 2e-4
@@ -50,8 +49,8 @@ def writer(scorer: ServedScorer) -> ServedGenerator:
 
 
 def assert_agree(scorer: ServedScorer, exact: LlamaCpp, *arguments: Any) -> None:
-    ours = scorer.token_logprobs(*arguments, end_of_turn=True)
-    theirs = exact.token_logprobs(*arguments, end_of_turn=True)
+    ours = scorer.token_logprobs(*arguments)
+    theirs = exact.token_logprobs(*arguments)
     for row, expected in zip(ours, theirs, strict=True):
         assert len(row) == len(expected)
         assert row.sum() == pytest.approx(expected.sum(), abs=EXACT * len(row))
@@ -97,7 +96,7 @@ def vllm(model: LlamaCpp) -> Iterator[ServedScorer]:
     address = os.environ.get("GOALSCOPE_TEST_VLLM_URL")
     if not address:
         pytest.skip("set GOALSCOPE_TEST_VLLM_URL to a vLLM with SmolLM2-135M-Instruct in float32")
-    scorer = ServedScorer(Server(address, patience=300), model.tokenizer)
+    scorer = ServedScorer(Server(address), model.tokenizer)
     yield scorer
     scorer.close()
 

@@ -9,8 +9,8 @@ import pytest
 
 from goalscope.base.types import ModelError
 from goalscope.models import Completion
-from goalscope.models.served.client import Server
-from goalscope.models.served.generator import ServedGenerator
+from goalscope.models.served import ServedGenerator
+from goalscope.models.server import Server
 from test_served import CONTEXTS, SCHEMA, URL
 
 httpx2 = pytest.importorskip("httpx2", reason="models behind a server need goalscope[remote]")

@@ -8,10 +8,9 @@ from types import SimpleNamespace
 import pytest
 
 from goalscope.base.types import Message, ModelError
-from goalscope.models.chat import ChatTemplate
+from goalscope.models.chat import ChatTemplate, opens_thought
 from goalscope.models.check import check
 from goalscope.models.llama.model import LlamaCpp
-from goalscope.models.reasoning import opens_thought
 
 CHATML = (
     "{% for m in messages %}<|im_start|>{{ m.role }}\n{{ m.content }}<|im_end|>\n{% endfor %}"

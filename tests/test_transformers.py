@@ -288,13 +288,13 @@ def test_the_embedded_engine_gives_the_same_log_probabilities(exact_gguf: Path) 
         for goal in ("milk", "eggs and flour", "a vegan dinner")
     ]
     words = ["Some milk.", "Nothing with meat, please. 🥛", "I do not know <|im_end|> yet."]
-    found = ours.token_logprobs(chats, words, end_of_turn=True)
-    assert_equal(found, theirs.token_logprobs(chats, words, end_of_turn=True))
+    found = ours.token_logprobs(chats, words)
+    assert_equal(found, theirs.token_logprobs(chats, words))
     theirs.close()
     assert "135M" in ours.describe()
     ours.network.model.to(torch.bfloat16)
     ours.clear_cache()
-    rounded = ours.token_logprobs(chats, words, end_of_turn=True)
+    rounded = ours.token_logprobs(chats, words)
     sums = [[row.sum() for row in rows] for rows in (found, rounded)]
     np.testing.assert_allclose(*sums, rtol=2**-7)  # bfloat16 has 8 bits of precision
 

@@ -175,11 +175,11 @@ class Slow(WordModel):
         super().__init__(WRITES)
         self.begun, self.go = threading.Event(), threading.Event()
 
-    def token_logprobs(self, contexts, continuations, *, end_of_turn=False):
+    def token_logprobs(self, contexts, continuations):
         if "slow" in continuations:
             self.begun.set()
             assert self.go.wait(20)
-        return super().token_logprobs(contexts, continuations, end_of_turn=end_of_turn)
+        return super().token_logprobs(contexts, continuations)
 
 
 def test_reading_waits_for_nobody(tmp_path: Path) -> None:

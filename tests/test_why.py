@@ -104,7 +104,7 @@ class Speller(WordModel):
 
     tokenizer = Pieces()
 
-    def token_logprobs(self, contexts, continuations, *, end_of_turn=False):
+    def token_logprobs(self, contexts, continuations):
         texts = [" ".join(message.content for message in context).lower() for context in contexts]
         pieces = [self.tokenizer.tokenize(words) for words in continuations]
         return [

@@ -130,8 +130,8 @@ class Gullible(WordModel):
             text = json.dumps({name: text if form["type"] == "string" else all_of_it})
         return Completion(text, "stop", 1, 1)
 
-    def token_logprobs(self, contexts, continuations, *, end_of_turn=False):
-        rows = super().token_logprobs(contexts, continuations, end_of_turn=end_of_turn)
+    def token_logprobs(self, contexts, continuations):
+        rows = super().token_logprobs(contexts, continuations)
         return [
             np.zeros(1) if text == "needed" else np.full(1, -9.0) if text in JUDGEMENTS else row
             for text, row in zip(continuations, rows, strict=True)

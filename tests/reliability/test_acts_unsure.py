@@ -30,7 +30,7 @@ WANTED = (
 class Moody(WordModel):
     """How likely a text is hangs on nothing that means anything."""
 
-    def token_logprobs(self, contexts, continuations, *, end_of_turn=False):
+    def token_logprobs(self, contexts, continuations):
         return [
             np.array([-6.0 + 3.0 * np.sin(zlib.crc32(f"{context[-1].content}{text}".encode()))])
             for context, text in zip(contexts, continuations, strict=True)

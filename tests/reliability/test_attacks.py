@@ -42,9 +42,9 @@ class Watching(WordModel):
         }
         return super().generate(messages, **settings)
 
-    def token_logprobs(self, contexts, continuations, *, end_of_turn=False):
+    def token_logprobs(self, contexts, continuations):
         self.met.append({*CANARY.findall(f"{contexts} {continuations}")})
-        return super().token_logprobs(contexts, continuations, end_of_turn=end_of_turn)
+        return super().token_logprobs(contexts, continuations)
 
 
 @pytest.mark.parametrize("count", [8, pytest.param(100, marks=pytest.mark.slow)])

@@ -68,10 +68,10 @@ class Narrow(WordModel):
         super().__init__({**REPLIES, "the most likely": '"2"', "the least likely": '"1"'}, 900)
         self.prompts: list[str] = []
 
-    def token_logprobs(self, contexts, continuations, *, end_of_turn=False):
+    def token_logprobs(self, contexts, continuations):
         for context, text in zip(contexts, continuations, strict=True):
             assert self.count_tokens([*context, Message("assistant", text)]) <= self.context_size
-        return super().token_logprobs(contexts, continuations, end_of_turn=end_of_turn)
+        return super().token_logprobs(contexts, continuations)
 
     def generate(self, messages: Sequence[Message], **settings: Any) -> Completion:
         room = settings.get("max_tokens", 256)
@@ -108,9 +108,9 @@ class Falters(WordModel):
 
     fails_at = 0
 
-    def token_logprobs(self, contexts, continuations, *, end_of_turn=False):
+    def token_logprobs(self, contexts, continuations):
         self._count()
-        return super().token_logprobs(contexts, continuations, end_of_turn=end_of_turn)
+        return super().token_logprobs(contexts, continuations)
 
     def generate(self, messages: Sequence[Message], **settings: Any) -> Completion:
         self._count()
@@ -232,8 +232,8 @@ class Broken(WordModel):
 
     wrong: Callable[[np.ndarray], Any] | None = None
 
-    def token_logprobs(self, contexts, continuations, *, end_of_turn=False):
-        rows = super().token_logprobs(contexts, continuations, end_of_turn=end_of_turn)
+    def token_logprobs(self, contexts, continuations):
+        rows = super().token_logprobs(contexts, continuations)
         return [*rows[:-1], self.wrong(rows[-1])] if self.wrong and rows else rows
 
 
@@ -347,7 +347,7 @@ class Hostile(WordModel):
         text = self.PROPOSALS[self.random.integers(len(self.PROPOSALS))]
         return Completion(text.format(n=self.random.integers(99)), "stop", 1, 1)
 
-    def token_logprobs(self, contexts, continuations, *, end_of_turn=False):
+    def token_logprobs(self, contexts, continuations):
         return [-self.random.uniform(0.0, 500.0, 2) for _ in contexts]
 
 

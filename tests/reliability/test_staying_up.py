@@ -48,10 +48,10 @@ class Endless(WordModel):
     def writer(self) -> Endless | None:
         return self if self.taught else None
 
-    def token_logprobs(self, contexts, continuations, *, end_of_turn=False):
+    def token_logprobs(self, contexts, continuations):
         for context, text in zip(contexts, continuations, strict=True):
             self.longest = max(self.longest, self.count_tokens(context) + len(text.split()))
-        return super().token_logprobs(contexts, continuations, end_of_turn=end_of_turn)
+        return super().token_logprobs(contexts, continuations)
 
 
 @pytest.mark.parametrize("domain", ["grocery", "house"])

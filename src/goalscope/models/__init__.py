@@ -112,15 +112,12 @@ class LikelihoodModel(LanguageModel, Protocol):
         self,
         contexts: Sequence[Sequence[Message]],
         continuations: Sequence[str],
-        *,
-        end_of_turn: bool = False,
     ) -> list[Array]:
         """Log-probability of each token of an assistant message, given the chat before it.
 
         Args:
             contexts: One chat per pair; the message after it is the assistant's.
             continuations: The assistant's words, one per context.
-            end_of_turn: Also score the token that ends the assistant's turn.
 
         Returns:
             One float64 array [N] in nats per pair; N is the number of scored tokens.

@@ -1,4 +1,7 @@
-"""Chats as tokens, by the model's chat template; text can never act as markup."""
+"""Chats as tokens, by the model's chat template; text can never act as markup.
+
+A thought is what a model writes between `<think>` and `</think>` before it answers.
+"""
 
 from __future__ import annotations
 
@@ -16,10 +19,10 @@ from jinja2.parser import Parser
 from jinja2.sandbox import ImmutableSandboxedEnvironment
 
 from goalscope.base.types import InvalidInputError, Message, ModelError
-from goalscope.models.reasoning import closed, marks_thought
 
 _SENTINEL = "\ue000{}\ue001"
 _SENTINEL_PATTERN = re.compile("\ue000([0-9]+)\ue001")
+_BEGIN, _END = "<think>", "</think>"
 _TODAY = datetime(2024, 7, 26)
 """The date that templates are told, so that no answer depends on the day; Llama's own default."""
 _THINKING_OFF: dict[str, Any] = {
@@ -139,8 +142,8 @@ class ChatTemplate:
         assert isinstance(header, str)
         words = self._before_words(roles)
         if words is None:
-            return tuple(pieces), closed(header), closed(header)
-        return tuple(pieces), closed(words), closed(_reply_header(header, words))
+            return tuple(pieces), _closed(header), _closed(header)
+        return tuple(pieces), _closed(words), _closed(_reply_header(header, words))
 
     def _before_words(self, roles: tuple[str, ...]) -> str | None:
         """The markup between a chat and earlier words of the assistant's; None if it shows none."""
@@ -272,6 +275,49 @@ class ChatTokenizer:
         return tuple(token for piece in pieces for token in self._encode(piece, markup=False))
 
 
+def answer_of(text: str, name: str) -> str:
+    """The answer of a finished reply, without the thought that it begins with.
+
+    A template may open the thought itself, so that the reply only closes it.
+
+    Args:
+        text: The reply.
+        name: The model's, for the error.
+
+    Raises:
+        ModelError: The reply is all thought, or was cut off within it.
+    """
+    thought, end, answer = text.partition(_END)
+    begins = thought.lstrip().startswith(_BEGIN)
+    if not begins and (not end or _BEGIN in thought):
+        return text  # without a thought, or one that only speaks of the marks
+    if not answer.strip():
+        raise ModelError(
+            f"{name} only reasoned, and gave no answer. Turn its thinking off, as with "
+            '{"chat_template_kwargs": {"enable_thinking": false}} at the server, or use another '
+            "model."
+        )
+    return answer.lstrip()
+
+
+def opens_thought(markup: str) -> bool:
+    """Whether text that follows this markup is part of a thought."""
+    return markup.rfind(_BEGIN) > markup.rfind(_END)
+
+
+def _marks_thought(markup: str) -> bool:
+    """Whether markup begins or ends a thought."""
+    return _BEGIN in markup or _END in markup
+
+
+def _closed(markup: str) -> str:
+    """Markup after which an answer begins: a thought that it opens is closed empty."""
+    if not opens_thought(markup):
+        return markup
+    gap = "\n" if markup.endswith("\n") else ""
+    return f"{markup}{gap}{_END}{gap * 2}"
+
+
 class _RefusedError(TemplateError):
     """A template's own refusal of a chat."""
 
@@ -295,5 +341,5 @@ def _reply_header(header: str, words: str) -> str:
     """
     if header.rstrip() == words.rstrip():
         return header
-    adds_thought = header.startswith(words) and marks_thought(header[len(words) :])
+    adds_thought = header.startswith(words) and _marks_thought(header[len(words) :])
     return header if adds_thought else words

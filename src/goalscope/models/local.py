@@ -14,6 +14,7 @@ import numpy as np
 
 from goalscope.base.types import Message, ModelError
 from goalscope.models import CLOSED, Array, Completion, unfinished_json
+from goalscope.models.chat import answer_of, opens_thought
 from goalscope.models.llama.sampling import (
     Grammar,
     LlamaGrammar,
@@ -23,7 +24,6 @@ from goalscope.models.llama.sampling import (
     log_prob,
 )
 from goalscope.models.llama.weights import Weights
-from goalscope.models.reasoning import answer_of, opens_thought
 from goalscope.models.scoring import TokenScorer
 
 _SUREST = 99.0

@@ -114,11 +114,9 @@ class ModelSet:
         self,
         contexts: Sequence[Sequence[Message]],
         continuations: Sequence[str],
-        *,
-        end_of_turn: bool = False,
     ) -> list[Array]:
         """See `LikelihoodModel.token_logprobs`."""
-        return self.scorer.token_logprobs(contexts, continuations, end_of_turn=end_of_turn)
+        return self.scorer.token_logprobs(contexts, continuations)
 
     def describe(self) -> str:
         """One line on all."""
@@ -318,8 +316,8 @@ def _local(name: str | Path | None, *, adapter: Path | None = None) -> OpenModel
 def _generator(name: str | Path | None, tokenizer: str | Path | None) -> OpenGenerator:
     if not _is_address(name):
         return _local(name)
-    from goalscope.models.served.client import Server
-    from goalscope.models.served.generator import ServedGenerator
+    from goalscope.models.served import ServedGenerator
+    from goalscope.models.server import Server
 
     return ServedGenerator(Server(str(name)), _tokenizer(str(tokenizer)) if tokenizer else None)
 
@@ -327,8 +325,8 @@ def _generator(name: str | Path | None, tokenizer: str | Path | None) -> OpenGen
 def _scorer(name: str | Path | None, tokenizer: str | Path | None) -> OpenScorer:
     if not _is_address(name):
         return _local(name)
-    from goalscope.models.served.client import Server
-    from goalscope.models.served.scorer import ServedScorer
+    from goalscope.models.served import ServedScorer
+    from goalscope.models.server import Server
 
     server = Server(str(name))
     try:

@@ -11,8 +11,7 @@ import numpy as np
 
 from goalscope.base.types import Message, ModelError
 from goalscope.models import Array, LikelihoodModel, model_name
-from goalscope.models.chat import ChatTokenizer
-from goalscope.models.reasoning import opens_thought
+from goalscope.models.chat import ChatTokenizer, opens_thought
 
 TOLERANCE = 0.2
 """Maximum difference in nats between two ways to compute a number; BF16 needs some."""
@@ -92,15 +91,13 @@ def logprobs_of(
     model: LikelihoodModel,
     contexts: Sequence[Sequence[Message]],
     continuations: Sequence[str],
-    *,
-    end_of_turn: bool = False,
 ) -> list[Array]:
     """What a model's `token_logprobs` returns, checked, whoever wrote the model.
 
     Raises:
         ModelError: As the model does; or it returned what `LikelihoodModel` does not ask for.
     """
-    rows = model.token_logprobs(contexts, continuations, end_of_turn=end_of_turn)
+    rows = model.token_logprobs(contexts, continuations)
     if wrong := _wrong(rows, continuations):
         raise ModelError(
             f"token_logprobs of the model {model_name(model)} must return a list with one array of "
@@ -185,8 +182,6 @@ class TokenScorer(ABC):
         self,
         contexts: Sequence[Sequence[Message]],
         continuations: Sequence[str],
-        *,
-        end_of_turn: bool = False,
     ) -> list[Array]:
         """See `LikelihoodModel.token_logprobs`.
 
@@ -197,8 +192,6 @@ class TokenScorer(ABC):
         pairs: list[Pair] = []
         for messages, words in zip(contexts, continuations, strict=True):
             answer = self.tokenizer.tokenize(words)
-            if end_of_turn:
-                answer.append(self.tokenizer.end_of_turn)
             pair = Pair(self.tokenizer.render(messages), answer, messages[0] if messages else None)
             self.check_length(len(pair.prompt) + len(answer))
             pairs.append(pair)

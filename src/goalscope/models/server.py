@@ -60,17 +60,15 @@ class Server:
         usage: The usage so far.
     """
 
-    def __init__(
-        self, address: str, *, patience: float | None = None, transport: Any = None
-    ) -> None:
+    def __init__(self, address: str, *, transport: Any = None) -> None:
         """Prepare a client; nothing is sent yet.
 
         The key is `GOALSCOPE_API_KEY`; for OpenAI's own address `OPENAI_API_KEY`, if there is one.
+        `GOALSCOPE_PATIENCE` is the maximum of seconds of silence.
 
         Args:
             address: Such as "http://localhost:8000/v1#model-name"; the name can be left out for a
                 server with one model.
-            patience: Maximum seconds of silence; `GOALSCOPE_PATIENCE`, or 120, if None.
             transport: HTTPX transport in place of the network.
 
         Raises:
@@ -92,7 +90,7 @@ class Server:
             self._client = openai.OpenAI(
                 api_key=key or _NO_KEY,
                 base_url=self.url,
-                timeout=patience or _patience(),
+                timeout=_patience(),
                 max_retries=RETRIES,
                 # A redirect could take words, and the key, where nobody meant them to go.
                 http_client=openai.DefaultHttpxClient(
