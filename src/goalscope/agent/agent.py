@@ -34,9 +34,9 @@ from goalscope.belief.belief import Belief
 from goalscope.belief.calibration import DEFAULT, Calibration
 from goalscope.belief.explain import in_words
 from goalscope.belief.goal_manager import UNEXPLAINED, GoalManager, Trigger
-from goalscope.belief.goal_order import GoalOrder
+from goalscope.belief.goal_order import GoalOrder, Tracker
 from goalscope.belief.likelihood import Likelihood, RolePlay
-from goalscope.belief.tracker import Correction, GoalTracker, Tracker
+from goalscope.belief.tracker import Correction, GoalTracker
 from goalscope.envs import Environment, Pick, completion_phrase, scenarios_like
 from goalscope.language.dialogue_state import acting
 from goalscope.language.matcher import Matcher

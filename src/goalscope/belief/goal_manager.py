@@ -10,8 +10,8 @@ import numpy as np
 
 from goalscope.base.types import UNSPECIFIED, Goal, GoalChange, InvalidInputError, Turn, canonical
 from goalscope.belief.belief import Belief, weighed
+from goalscope.belief.goal_order import Tracker
 from goalscope.belief.likelihood import Likelihood
-from goalscope.belief.tracker import Tracker
 from goalscope.language.dialogue_state import acting
 from goalscope.language.orders import Reading
 from goalscope.models import LikelihoodModel

@@ -11,7 +11,7 @@ import numpy as np
 
 from goalscope.base.types import UNSPECIFIED, Goal, InvalidInputError, Turn
 from goalscope.belief.belief import Belief
-from goalscope.belief.tracker import Correction
+from goalscope.belief.tracker import Correction, GoalTracker
 from goalscope.models import Generator
 from goalscope.prompts import recent, render
 
@@ -89,6 +89,10 @@ class GoalOrder:
         numbers = [str(number) for number in range(1, len(goals) + 1)]
         reply = self.model.generate(prompt, max_tokens=8, schema={"enum": numbers})
         return goals[numbers.index(reply.text.strip().strip('"'))]
+
+
+Tracker = GoalTracker | GoalOrder
+"""A belief that follows a conversation."""
 
 
 def in_order(goals: Sequence[Goal], ranked: Sequence[Goal]) -> Belief:

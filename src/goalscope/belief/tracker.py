@@ -6,7 +6,7 @@ import json
 from collections.abc import Callable, Iterable, Sequence
 from functools import wraps
 from threading import RLock
-from typing import Any, Literal, Protocol, TypeVar, cast, get_args
+from typing import Any, Literal, TypeVar, cast, get_args
 
 import numpy as np
 import numpy.typing as npt
@@ -40,50 +40,6 @@ Correction = Literal["pin", "veto", "reword"]
 """How a person corrects the goals; see `GoalTracker.correct`."""
 
 Array = npt.NDArray[np.float64]
-
-
-class Tracker(Protocol):
-    """A belief that follows a conversation: a `GoalTracker`, or a `GoalOrder`."""
-
-    @property
-    def belief(self) -> Belief:
-        """Over the goals."""
-        ...
-
-    @property
-    def turns(self) -> Sequence[Turn]:
-        """The turns that the belief is over."""
-        ...
-
-    @property
-    def likelihood(self) -> Likelihood | None:
-        """Scores the words; None where nothing is inferred."""
-        ...
-
-    @property
-    def notes(self) -> tuple[str, ...]:
-        """What the person should know about the last update."""
-        ...
-
-    def observe(self, query: str, utterance: str, *, weight: float = 1.0) -> Belief:
-        """Update the belief with a turn; on an error it stays as it was."""
-        ...
-
-    def add(self, goals: Iterable[Goal]) -> Belief:
-        """Add goals."""
-        ...
-
-    def drop(self, goals: Iterable[Goal]) -> Belief:
-        """Remove goals."""
-        ...
-
-    def correct(self, correction: Correction, goal: str | Goal, text: str = "") -> list[GoalChange]:
-        """Apply what the person says about a goal itself."""
-        ...
-
-    def restore(self, belief: Belief, turns: Sequence[Turn]) -> None:
-        """Go back to an earlier state."""
-        ...
 
 
 _Method = TypeVar("_Method", bound=Callable[..., Any])

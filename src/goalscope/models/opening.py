@@ -88,27 +88,9 @@ class ModelSet:
             return count
         return max(self.generator.count_tokens(messages), count)
 
-    def generate(
-        self,
-        messages: Sequence[Message],
-        *,
-        max_tokens: int = 256,
-        temperature: float = 0.0,
-        seed: int = 0,
-        stop: Sequence[str] = (),
-        schema: Mapping[str, Any] | None = None,
-        grammar: str | None = None,
-    ) -> Completion:
+    def generate(self, messages: Sequence[Message], **options: Any) -> Completion:
         """See `Generator.generate`."""
-        return self.generator.generate(
-            messages,
-            max_tokens=max_tokens,
-            temperature=temperature,
-            seed=seed,
-            stop=stop,
-            schema=schema,
-            grammar=grammar,
-        )
+        return self.generator.generate(messages, **options)
 
     def token_logprobs(
         self,
