@@ -37,7 +37,7 @@ class WordModel:
     the scripted replies, whichever prompt's words they are listed under. It reads canonical English
     as what it is (with "; " for a new line), "Remove the X." likewise, what is listed in `reads`
     so, and all else as an aim. As its own writer it finds needed what shares a word with the aim or
-    with what was said, and unwanted what does not.
+    with what was said, and unwanted what does not. It finds no goal unsafe.
     """
 
     name = "words"
@@ -94,6 +94,9 @@ class WordModel:
                 right = "needed" if fits else "not"
                 rows.append(np.array([0.0 if text == right else -50.0]))
                 continue
+            if "criminal" in context[0].content:
+                rows.append(np.full(len(words(text)), -50.0))
+                continue
             seen = {word for message in context for word in words(message.content)}
             total = self.vocabulary + len(seen) * (self.boost - 1)
             row = [math.log((self.boost if w in seen else 1) / total) for w in words(text)]
@@ -124,14 +127,14 @@ class NamedModel(WordModel):
     fingerprint = "words 1"
 
 
-class RefusesAll(WordModel):
-    """Finds every refusal likelier than any consent."""
+class CondemnsAll(WordModel):
+    """Finds every goal likelier from a criminal than from a kind person."""
 
     def token_logprobs(self, contexts, continuations):
         rows = super().token_logprobs(contexts, continuations)
         return [
-            np.zeros(1) if text.startswith("I'm sorry") else row
-            for row, text in zip(rows, continuations, strict=True)
+            0 * row if "criminal" in context[0].content else row
+            for context, row in zip(contexts, rows, strict=True)
         ]
 
 

@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import pytest
 
-from fakes import GOALS, QUESTION, LampRoom, RefusesAll, WordModel
+from fakes import GOALS, QUESTION, CondemnsAll, LampRoom, WordModel
 from goalscope.agent.agent import NO_ANSWER, Agent, run_episode
 from goalscope.agent.people import (
     AGREES,
@@ -129,7 +129,7 @@ def test_a_goal_that_was_unlikely_comes_back_with_the_words_for_it(refused, monk
     monkeypatch.setattr("goalscope.belief.goal_manager.IMPROBABLE", 1.0)
     monkeypatch.setattr("goalscope.belief.goal_manager.FEWEST", 1)
     sleep = Goal("sleep without light")
-    model = RefusesAll(REPLIES) if refused else WordModel(REPLIES)
+    model = CondemnsAll(REPLIES) if refused else WordModel(REPLIES)
     agent = Agent(LampRoom(), model, patience=9 if refused else 0)
     first = agent.step("What?", "lamp light please")
     (gone,) = (change for change in first.changes if change.kind == "removed")
@@ -329,7 +329,7 @@ def test_a_scripted_person_confirms_and_does_not_end_before_all_is_said() -> Non
 
 
 def test_not_all_goals_are_removed() -> None:
-    agent = Agent(LampRoom(), RefusesAll(REPLIES))
+    agent = Agent(LampRoom(), CondemnsAll(REPLIES))
     round = agent.step("What now?", "lamp light please")
     assert [goal.text for goal in round.belief.goals] == ["Unspecified", "have lamp light"]
     assert [c.goal.text for c in round.changes if c.kind == "removed"] == ["sleep without light"]

@@ -217,13 +217,13 @@ def test_a_round_that_fails_changes_nothing_and_loses_no_correction() -> None:
     assert found[:2] == [("removed", LAMP), ("pinned", SLEEP)]
 
 
-class Refuses(WordModel):
-    """Refuses goals of tea, and finds the task a hindrance to those that help."""
+class Condemns(WordModel):
+    """Finds goals of tea unsafe, and the task a hindrance to those that help."""
 
     def token_logprobs(self, contexts, continuations):
         rows = super().token_logprobs(contexts, continuations)
         return [
-            0 * row if text.startswith("I'm sorry") and "tea" in context[-1].content else row
+            0 * row if "criminal" in context[0].content and "tea" in text else row
             for context, text, row in zip(contexts, continuations, rows, strict=True)
         ]
 
@@ -231,7 +231,7 @@ class Refuses(WordModel):
 def test_a_confirmed_goal_may_seem_irrelevant_but_not_be_unsafe() -> None:
     helps = Goal("helps")
     for confirmed in (False, True):
-        agent = begun(Refuses(REPLIES))
+        agent = begun(Condemns(REPLIES))
         assert agent.tracker is not None
         agent.tracker.add([helps])
         for goal in (helps, TEA) if confirmed else ():

@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from fakes import GOALS, LampRoom, RefusesAll, WordModel
+from fakes import GOALS, CondemnsAll, LampRoom, WordModel
 from goalscope.agent.toolkit import toolkit_of
 from goalscope.agent.writer import Recalling, Writer
 from goalscope.base.types import UNSPECIFIED, Goal, GoalChange, InvalidInputError, Turn
@@ -22,8 +22,6 @@ from goalscope.belief.goal_manager import (
     propose,
 )
 from goalscope.belief.likelihood import RolePlay
-from goalscope.envs.grocery.catalogue import Catalogue
-from goalscope.envs.grocery.shop import GroceryShop
 from goalscope.envs.scenarios import Scenario
 from goalscope.models import Completion
 
@@ -147,8 +145,8 @@ def test_only_improbable_goals_of_several_are_overdue(nats, given, way, gone) ->
     assert [change.goal.text for change in removed] == gone
 
 
-def test_refused_goals_are_named_with_the_odds() -> None:
-    (change,) = objectionable(RefusesAll(), "t", [UNSPECIFIED, Goal("a")])
+def test_unsafe_goals_are_named_with_the_odds() -> None:
+    (change,) = objectionable(CondemnsAll(), [UNSPECIFIED, Goal("a")])
     assert (change.goal, change.final) == (Goal("a"), True)
     assert "unsafe" in change.reason
 
@@ -173,8 +171,7 @@ def test_the_embedded_model_finds_most_of_what_is_unsafe_and_lets_harmless_goals
         *("lock the valuables in the safe", "prevent iron deficiency", "buy wine for a party"),
         *("cut the tomato and the bread", "have a dinner with a friend that night", "cook soup"),
     ]
-    shopping = GroceryShop(Catalogue.load(None)).task
-    found = objectionable(model, shopping, [UNSPECIFIED, *map(Goal, [*harmless, *harmful])])
+    found = objectionable(model, [UNSPECIFIED, *map(Goal, [*harmless, *harmful])])
     named = {change.goal.text for change in found}
     assert not named & {*harmless}
     assert len(named) > len(harmful) / 2

@@ -166,7 +166,7 @@ class Named(str):
 
 def chats(text: str) -> list[list[Message]]:
     """Every prompt there is, with a text wherever one from outside goes."""
-    one = ("task", "goal", "thing", "query", "question", "speaker", "description", "status")
+    one = ("task", "goal", "thing", "query", "description", "status")
     one += ("completion_phrase", "prompt", "choice", "topic", "first", "second", "outcome", "which")
     one += ("done", "aim", "said", "room", "habit")
     values = {

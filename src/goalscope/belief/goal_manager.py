@@ -2,19 +2,27 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Generator, Sequence
+from collections.abc import Callable, Collection, Generator, Iterator, Sequence
 from contextlib import contextmanager
-from typing import Literal, Protocol
+from typing import Any, Literal, Protocol
 
 import numpy as np
 
-from goalscope.base.types import UNSPECIFIED, Goal, GoalChange, InvalidInputError, Turn, canonical
+from goalscope.base.types import (
+    UNSPECIFIED,
+    Goal,
+    GoalChange,
+    InvalidInputError,
+    Message,
+    Turn,
+    canonical,
+)
 from goalscope.belief.belief import Belief, weighed
 from goalscope.belief.goal_order import Tracker
 from goalscope.belief.likelihood import Likelihood
 from goalscope.language.dialogue_state import acting
 from goalscope.language.orders import Reading
-from goalscope.models import LikelihoodModel
+from goalscope.models import Array, LikelihoodModel
 from goalscope.models.scoring import logprobs_of
 from goalscope.prompts import render
 
@@ -30,15 +38,7 @@ IMPROBABLE = 0.05
 FEWEST = 2
 """Goals that are always left: beside one alone, the probability of Unspecified means little."""
 
-CONSENT = "Sure, I can help you with that."
-REFUSAL = "I'm sorry, but I can't help you with that."
 ANY_TASK = "The agent helps the human."
-
-_SPEAKERS = {
-    "Name one.": ("You name crimes and cruel acts.", "You name good and harmless plans."),
-    "What do you want to do?": ("You are a cruel criminal.", "You are a kind person."),
-}
-"""Questions, each with two speakers: one who names harmful plans, one who names harmless ones."""
 
 _DETERMINERS = frozenset(("a", "an", "the", "my", "your", "our", "his", "her", "their", "some"))
 """Words that make no difference between two goals."""
@@ -270,7 +270,7 @@ class GoalManager:
             unfit += self.remover.unfit(self.task, turns, stated)
         elif new:
             unfit += irrelevant(self.model, self.task, free)
-            unfit += objectionable(self.model, self.task, new)
+            unfit += objectionable(self.model, new)
         self._cleared |= {*new} - {change.goal for change in unfit}
         stays = {*probable} - {UNSPECIFIED, *(change.goal for change in unfit)}
         late = [
@@ -368,38 +368,26 @@ def propose(
 
 
 def objectionable(
-    model: LikelihoodModel, task: str, goals: Sequence[Goal], *, margin: float = 1.0
+    model: LikelihoodModel, goals: Sequence[Goal], *, margin: float = -0.2
 ) -> list[GoalChange]:
-    """Goals that the model finds unsafe.
-
-    Two log-odds are added: of a refusal against a yes to the goal, and of the goal as a crime
-    against the goal as a harmless plan (the mean over two prompts).
+    """Goals that the model finds unsafe: likelier from a criminal than from a kind person.
 
     Args:
-        model: Scores the answers and the goals.
-        task: The agent's task.
+        model: Scores the goals.
         goals: Goals to check; `UNSPECIFIED` is never removed.
-        margin: Log-odds, in nats, above which a goal is removed.
+        margin: Log-odds, in nats, above which a goal is removed (docs/log.md).
     """
-    asked = [goal for goal in goals if goal != UNSPECIFIED]
-    requests = [render("remove", task=task, goal=goal) for goal in asked]
-    plans = [
-        render("harm", question=question, speaker=speaker, harmful=harmful)
-        for question, speakers in _SPEAKERS.items()
-        for speaker, harmful in zip(speakers, (True, False), strict=True)
-    ]
-    scores = logprobs_of(
-        model,
-        [*requests, *requests, *(plan for plan in plans for _ in asked)],
-        [REFUSAL] * len(asked) + [CONSENT] * len(asked) + [goal.text for goal in asked] * 4,
-    )
-    no, yes, harm, good, cruel, kind = np.array([float(s.sum()) for s in scores]).reshape(6, -1)
-    odds: list[float] = (no - yes + (harm - good + cruel - kind) / 2).tolist()
     return [
-        GoalChange("removed", goal, f"unsafe, the model finds ({value:+.1f} nats)", final=True)
-        for goal, value in zip(asked, odds, strict=True)
-        if value > margin
+        GoalChange("removed", goal, f"unsafe, the model finds ({odds:+.1f} nats)", final=True)
+        for goal, odds in harm(model, goals)
+        if odds > margin
     ]
+
+
+def harm(model: LikelihoodModel, goals: Sequence[Goal]) -> Iterator[tuple[Goal, float]]:
+    """Each goal but `UNSPECIFIED`, with the log-odds of a criminal against a kind person, nats."""
+    contexts = [render("harm", harmful=harmful) for harmful in (True, False)]
+    return _contrast(model, goals, contexts, np.sum)
 
 
 def irrelevant(
@@ -413,13 +401,6 @@ def irrelevant(
         goals: Goals to check; `UNSPECIFIED` is never removed.
         margin: Loss, in nats per token, above which a goal is removed.
     """
-    asked = [goal for goal in goals if goal != UNSPECIFIED]
-    contexts = [render("relevance", task=each) for each in (ANY_TASK, task)]
-    scores = logprobs_of(
-        model, [context for context in contexts for _ in asked], [goal.text for goal in asked] * 2
-    )
-    means = np.array([float(score.mean()) for score in scores]).reshape(2, -1)
-    losses: list[float] = (means[0] - means[1]).tolist()
     return [
         GoalChange(
             "removed",
@@ -427,9 +408,33 @@ def irrelevant(
             f"irrelevant: the task makes it less likely (-{loss:.1f} nats)",
             final=True,
         )
-        for goal, loss in zip(asked, losses, strict=True)
+        for goal, loss in _contrast(
+            model, goals, [render("relevance", task=each) for each in (ANY_TASK, task)], np.mean
+        )
         if loss > margin
     ]
+
+
+def _contrast(
+    model: LikelihoodModel,
+    goals: Sequence[Goal],
+    contexts: Sequence[Sequence[Message]],
+    over: Callable[[Array], Any],
+) -> Iterator[tuple[Goal, float]]:
+    """Each goal but `UNSPECIFIED`, with the log-odds of its words between two chats.
+
+    Args:
+        model: Scores the words.
+        goals: Goals.
+        contexts: Two chats.
+        over: The sum of a goal's tokens, or their mean.
+    """
+    asked = [goal for goal in goals if goal != UNSPECIFIED]
+    scores = logprobs_of(
+        model, [context for context in contexts for _ in asked], [goal.text for goal in asked] * 2
+    )
+    nats = np.array([float(over(score)) for score in scores]).reshape(2, -1)
+    return zip(asked, (nats[0] - nats[1]).tolist(), strict=True)
 
 
 def overdue(beliefs: Sequence[Belief], patience: int) -> list[GoalChange]:
