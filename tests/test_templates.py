@@ -243,7 +243,7 @@ def test_a_function_that_is_missing_is_not_taken_for_a_refusal_of_roles() -> Non
 
 
 def test_the_self_test_notices_words_within_a_thought(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("goalscope.models.chat.closed", lambda markup: markup + "<think>\n")
+    monkeypatch.setattr("goalscope.models.chat._closed", lambda markup: markup + "<think>\n")
     with_thought = LlamaCpp()
     try:
         found, problems = check(with_thought)
