@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
+from functools import partial
 from itertools import count
 from pathlib import Path
 from tempfile import TemporaryDirectory
@@ -93,8 +94,14 @@ def shop(tmp_path: Path) -> list[str]:
     return ["--catalogue", str(tmp_path / "shop.csv"), "--profiles", str(tmp_path / "people.toml")]
 
 
+@pytest.fixture
+def figure(record_property: Callable[[str, object], None]) -> Callable[[str], None]:
+    """Keeps what a test has measured, to be printed at the end."""
+    return partial(record_property, "measured")
+
+
 def pytest_terminal_summary(terminalreporter: pytest.TerminalReporter) -> None:
-    """Print the figures that tests gave with `record_property("measured", text)`."""
+    """Print what tests gave to `figure`."""
     passed = terminalreporter.getreports("passed")
     figures = [
         (each.nodeid, value)

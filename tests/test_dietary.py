@@ -153,7 +153,7 @@ def test_what_is_no_food_breaks_no_diet_and_is_not_named(name: str, category: st
     assert {diet for diet in wanting if judged(name, category, diet=diet) != "fits"} == set()
 
 
-def test_no_item_is_said_to_fit_that_its_label_denies(record_property) -> None:
+def test_no_item_is_said_to_fit_that_its_label_denies(figure) -> None:
     said = wrong = 0
     for diet in ("gluten-free", "vegan", "vegetarian", "dairy-free", "nut-free", "egg-free"):
         for item in CATALOGUE.items:
@@ -162,11 +162,11 @@ def test_no_item_is_said_to_fit_that_its_label_denies(record_property) -> None:
                 wrong += verdict(item, diet) != "fits"
     assert said > 3000, "else the test could not fail"
     assert wrong == 0
-    record_property("measured", f"{said:,} times said to fit without labels: {wrong} wrongly")
+    figure(f"{said:,} times said to fit without labels: {wrong} wrongly")
 
 
 @pytest.mark.skipif(not DATA, reason="GOALSCOPE_DATA (a folder of shops' CSVs) is unset")
-def test_foods_are_hardly_ever_taken_for_other_things(record_property) -> None:
+def test_foods_are_hardly_ever_taken_for_other_things(figure) -> None:
     name = "instacart_products_aisles_departments.csv"
     with (Path(str(DATA)) / "grocery" / name).open(encoding="utf-8", newline="") as file:
         rows = [*csv.DictReader(file)]
@@ -183,8 +183,7 @@ def test_foods_are_hardly_ever_taken_for_other_things(record_property) -> None:
     )
     assert foods.count(False) / len(foods) < 0.003
     assert others.count(False) / len(others) > 0.9
-    record_property(
-        "measured",
+    figure(
         f"{foods.count(False)} of {len(foods):,} foods taken for things, and "
         f"{others.count(True)} of {len(others):,} things for foods",
     )

@@ -91,7 +91,7 @@ def is_hashable(action: Action) -> bool:
 @pytest.mark.parametrize("count", [1_000, pytest.param(10_000, marks=pytest.mark.slow)])
 @pytest.mark.parametrize("domain", ["shop", "house"])
 def test_acts_that_are_invented_never_reach_the_state(
-    domain: str, count: int, record_property: Callable[[str, object], None]
+    domain: str, count: int, figure: Callable[[str], None]
 ) -> None:
     rng = random.Random(4)
     controller = Watched("Kitchen1")
@@ -117,9 +117,7 @@ def test_acts_that_are_invented_never_reach_the_state(
         assert done == []
         assert env.state().fingerprint == before
     assert controller.asked == 0
-    record_property(
-        "measured", f"{len(acts) + len(planned):,} invented acts in the {domain}: 0 done"
-    )
+    figure(f"{len(acts) + len(planned):,} invented acts in the {domain}: 0 done")
 
 
 def test_what_is_left_of_such_acts_once_they_are_mended_is_done() -> None:

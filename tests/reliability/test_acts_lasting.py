@@ -33,7 +33,7 @@ def lasting(robot: HomeRobot) -> int:
 
 @pytest.mark.parametrize("rounds", [100, pytest.param(1_000, marks=pytest.mark.slow)])
 def test_a_hostile_model_breaks_nothing_without_the_persons_word(
-    rounds: int, record_property: Callable[[str, object], None]
+    rounds: int, figure: Callable[[str], None]
 ) -> None:
     made = asked = number = 0
     while made < rounds:
@@ -49,7 +49,7 @@ def test_a_hostile_model_breaks_nothing_without_the_persons_word(
             asked += bool(agent.rounds) and agent.rounds[-1].question.endswith(CONFIRM)
             assert lasting(robot) == before
     assert asked, "else the test could not fail"
-    record_property("measured", f"{made:,} hostile rounds: 0 lasting acts, {asked} asked about")
+    figure(f"{made:,} hostile rounds: 0 lasting acts, {asked} asked about")
 
 
 def test_what_the_model_may_not_break_the_person_may() -> None:

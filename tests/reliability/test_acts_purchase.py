@@ -84,7 +84,7 @@ def hostile_agent(number: int) -> tuple[Agent, Stocked, Hostile]:
 
 @pytest.mark.parametrize("plans", [500, pytest.param(10_000, marks=pytest.mark.slow)])
 def test_a_hostile_model_buys_nothing_without_the_persons_word(
-    plans: int, record_property: Callable[[str, object], None]
+    plans: int, figure: Callable[[str], None]
 ) -> None:
     made = bought = asked = number = 0
     while made < plans:
@@ -100,9 +100,7 @@ def test_a_hostile_model_buys_nothing_without_the_persons_word(
             asked += bool(agent.rounds) and agent.rounds[-1].question.endswith(CONFIRM)
     assert bought == 0
     assert asked > plans / 50, "else the test could not fail"
-    record_property(
-        "measured", f"{made:,} hostile rounds: {bought} purchases, {asked:,} asked about"
-    )
+    figure(f"{made:,} hostile rounds: {bought} purchases, {asked:,} asked about")
 
 
 def test_what_the_model_may_not_buy_the_person_may() -> None:
@@ -131,7 +129,7 @@ def test_a_purchase_in_a_plan_is_never_made() -> None:
 
 
 def test_on_the_page_no_card_of_another_basket_buys(
-    tmp_path: Path, visit: Callable[..., Any], record_property: Callable[[str, object], None]
+    tmp_path: Path, visit: Callable[..., Any], figure: Callable[[str], None]
 ) -> None:
     tried = 0
     order = "buy"
@@ -161,11 +159,11 @@ def test_on_the_page_no_card_of_another_basket_buys(
         *([False] * (len(rounds) - 1)),
         True,
     ]
-    record_property("measured", f"{tried} wrong cards shown: 0 purchases; the right one: 1")
+    figure(f"{tried} wrong cards shown: 0 purchases; the right one: 1")
 
 
 def test_what_another_program_tells_of_its_talk_is_never_acted_on(
-    tmp_path: Path, record_property: Callable[[str, object], None]
+    tmp_path: Path, figure: Callable[[str], None]
 ) -> None:
     told = 0
     with Store.open(tmp_path / "episodes.db") as store:
@@ -179,4 +177,4 @@ def test_what_another_program_tells_of_its_talk_is_never_acted_on(
                 trackers.observe(id, number, "May I buy the basket?", line)
                 told += 1
             assert all(not each.results and not each.terminated for each in store.rounds(id))
-    record_property("measured", f"{told} turns told by another program: 0 acts")
+    figure(f"{told} turns told by another program: 0 acts")

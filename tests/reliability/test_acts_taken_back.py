@@ -31,7 +31,7 @@ def rounds_of(env: Environment, draw: Callable[[], list[Action]], agent: Agent) 
 
 
 @pytest.mark.parametrize("count", COUNTS)
-def test_baskets_come_back(count: int, record_property: Callable[[str, object], None]) -> None:
+def test_baskets_come_back(count: int, figure: Callable[[str], None]) -> None:
     rng = random.Random(8)
     undone = 0
     while undone < count:
@@ -52,13 +52,11 @@ def test_baskets_come_back(count: int, record_property: Callable[[str, object], 
             assert agent.step("", "undo").retracts
             assert shop.state().fingerprint == states[-1]
             undone += 1
-    record_property("measured", f"{undone:,} rounds in the shop: the basket before each")
+    figure(f"{undone:,} rounds in the shop: the basket before each")
 
 
 @pytest.mark.parametrize("count", COUNTS)
-def test_rooms_come_back_or_what_stays_is_told(
-    count: int, record_property: Callable[[str, object], None]
-) -> None:
+def test_rooms_come_back_or_what_stays_is_told(count: int, figure: Callable[[str], None]) -> None:
     rng = random.Random(8)
     undone = told = lasted = 0
     while undone < count:
@@ -84,8 +82,7 @@ def test_rooms_come_back_or_what_stays_is_told(
             lasted += any(each.irreversible for each in done.results)
             assert robot.state().text == before or stays, (done.results, back.notes)
     assert lasted > count // 20, "else nothing stayed"
-    record_property(
-        "measured",
+    figure(
         f"{undone:,} rounds in four rooms, {lasted:,} with what cannot be undone: the room before "
         f"each, but for {told:,} of which it is told what stays",
     )

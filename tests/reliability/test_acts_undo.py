@@ -47,7 +47,7 @@ def state(robot: HomeRobot) -> dict[str, Any]:
 
 @pytest.mark.parametrize("count", COUNTS)
 def test_a_failed_plan_leaves_the_basket_as_it_was(
-    count: int, record_property: Callable[[str, object], None]
+    count: int, figure: Callable[[str], None]
 ) -> None:
     rng = random.Random(6)
     shop, history = GroceryShop(SMALL, search=SMALL_SEARCH), list[StepResult]()
@@ -67,12 +67,12 @@ def test_a_failed_plan_leaves_the_basket_as_it_was(
         history = [*history, *outcome.results][-12:] if outcome.failed else []
         if not history:
             shop.reset()
-    record_property("measured", f"{failed:,} failed plans in the shop: each undone to the letter")
+    figure(f"{failed:,} failed plans in the shop: each undone to the letter")
 
 
 @pytest.mark.parametrize("count", COUNTS)
 def test_a_failed_plan_leaves_the_house_as_it_was(
-    count: int, record_property: Callable[[str, object], None]
+    count: int, figure: Callable[[str], None]
 ) -> None:
     rng = random.Random(6)
     failed = round = 0
@@ -90,7 +90,7 @@ def test_a_failed_plan_leaves_the_house_as_it_was(
             assert outcome.results == ()
             assert robot.state().fingerprint == before
         assert not any(each[own] for each in robot.metadata["objects"] for own in LASTING)
-    record_property("measured", f"{failed:,} failed plans in the house: each undone to the letter")
+    figure(f"{failed:,} failed plans in the house: each undone to the letter")
 
 
 class Leaking(GroceryShop):
@@ -157,7 +157,7 @@ def restored(robot: HomeRobot, act: Action) -> bool:
     "scene", ["Bathroom1", *(pytest.param(each, marks=pytest.mark.slow) for each in SCENES[:3])]
 )
 def test_an_act_is_marked_irreversible_where_no_other_leads_back_and_nowhere_else(
-    scene: str, record_property: Callable[[str, object], None]
+    scene: str, figure: Callable[[str], None]
 ) -> None:
     robot = HomeRobot(HouseController(scene))
     start = state(robot)
@@ -175,8 +175,7 @@ def test_an_act_is_marked_irreversible_where_no_other_leads_back_and_nowhere_els
             if result.ok:
                 robot.reset()
     assert all(robot.irreversible(Action(name, robot_target)) for name, robot_target in marked)
-    record_property(
-        "measured",
+    figure(
         f"{scene}: {len(marked)} acts that nothing leads back from, all marked; {free} others not",
     )
 

@@ -62,7 +62,7 @@ AIMS = (
 
 @pytest.mark.parametrize("count", [200, pytest.param(5_000, marks=pytest.mark.slow)])
 def test_while_unspecified_leads_nothing_lasting_is_done_and_each_guess_is_told(
-    count: int, record_property: Callable[[str, object], None]
+    count: int, figure: Callable[[str], None]
 ) -> None:
     rng = np.random.default_rng(3)
     shop, robot = GroceryShop(SMALL, search=SMALL_SEARCH), HomeRobot(HouseController("Bathroom1"))
@@ -88,8 +88,7 @@ def test_while_unspecified_leads_nothing_lasting_is_done_and_each_guess_is_told(
             env.reset()
     assert not shop.bought
     assert min(guessed) > 0, "else the test could not fail"
-    record_property(
-        "measured",
+    figure(
         f"{count:,} beliefs that Unspecified leads ({count - led:,} tied): 0 lasting acts; "
         f"something that can be undone is guessed, and told, in {sum(guessed):,}",
     )

@@ -49,7 +49,7 @@ class Watching(WordModel):
 
 @pytest.mark.parametrize("count", [8, pytest.param(100, marks=pytest.mark.slow)])
 def test_nobody_reads_the_words_of_another(
-    count: int, tmp_path: Path, record_property: Callable
+    count: int, tmp_path: Path, figure: Callable[[str], None]
 ) -> None:
     model, together = Watching(), threading.Barrier(count)
 
@@ -82,8 +82,7 @@ def test_nobody_reads_the_words_of_another(
     assert len(stored) == count
     assert max(map(len, model.met)) == 1
     assert {*map(frozenset, model.met)} >= {frozenset([canary]) for canary, _, _ in people}
-    record_property(
-        "measured",
+    figure(
         f"{count} chats at once, {sum(len(told) for _, _, told in people):,} answers and exports, "
         f"{len(model.met):,} prompts, {count} stored episodes: 0 words of another",
     )
@@ -142,7 +141,7 @@ FORGED = {
 }
 
 
-def test_no_change_is_taken_from_elsewhere(app: Any, record_property: Callable) -> None:
+def test_no_change_is_taken_from_elsewhere(app: Any, figure: Callable[[str], None]) -> None:
     guard = Guard(app, hosts=[HOST], key=KEY)
     changes = [each for each in endpoints(app) if each[0] in CHANGES]
 
@@ -175,7 +174,7 @@ def test_no_change_is_taken_from_elsewhere(app: Any, record_property: Callable) 
             refused += 1
     assert len(changes) >= 11
     told = f"{len(changes)} ways to change something, {len(FORGED)} forgeries of each: {refused} of"
-    record_property("measured", f"{told} {refused} refused")
+    figure(f"{told} {refused} refused")
 
 
 def test_no_websocket_is_opened(app: Any) -> None:
@@ -217,7 +216,7 @@ PLACES = (
 
 
 def test_no_address_leads_out_of_what_is_served(
-    address: str, visit, record_property: Callable
+    address: str, visit, figure: Callable[[str], None]
 ) -> None:
     inside = [visit(address).http.get(path).text for path in ("/static/app.js", "/")]
 
@@ -240,7 +239,7 @@ def test_no_address_leads_out_of_what_is_served(
 
     with ThreadPoolExecutor(len(PLACES)) as pool:
         tried = sum(pool.map(ask, PLACES))
-    record_property("measured", f"{tried:,} addresses: 0 reads outside of what is served")
+    figure(f"{tried:,} addresses: 0 reads outside of what is served")
 
 
 def test_no_scene_of_a_request_is_a_file(address: str) -> None:

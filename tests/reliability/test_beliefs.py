@@ -81,9 +81,7 @@ class Narrow(WordModel):
 
 
 @pytest.mark.parametrize("method", ["good", "no-goals", "no-inference"])
-def test_in_long_episodes_every_prompt_fits_and_has_the_newest_words(
-    method: Any, record_property
-) -> None:
+def test_in_long_episodes_every_prompt_fits_and_has_the_newest_words(method: Any, figure) -> None:
     model, random, shown = Narrow(), np.random.default_rng(0), 0
     agent = Agent(LampRoom(), model, method=method)
     for number in range(25):
@@ -96,7 +94,7 @@ def test_in_long_episodes_every_prompt_fits_and_has_the_newest_words(
             words = re.findall(r"word\d+", prompt)
             assert not words or f"word{number}" in words
             shown += bool(words)
-    record_property("measured", f"{shown} prompts with the dialogue: all with its newest words")
+    figure(f"{shown} prompts with the dialogue: all with its newest words")
     assert shown > 25
 
 
@@ -122,7 +120,7 @@ class Falters(WordModel):
             raise ModelError("The server is gone.")
 
 
-def test_no_words_count_twice_whatever_fails_and_is_resumed(record_property) -> None:
+def test_no_words_count_twice_whatever_fails_and_is_resumed(figure) -> None:
     smooth = Agent(LampRoom(["lamp", "book"]), WordModel(REPLIES))
     expected = [smooth.step("And?", said).belief for said in SAID]
     model, rounds, failures, apart = Falters(REPLIES), [], 0, 0.0
@@ -148,8 +146,7 @@ def test_no_words_count_twice_whatever_fails_and_is_resumed(record_property) -> 
                 apart = max(apart, difference(again, expected[number]))
         rounds = agent.rounds
         apart = max(apart, difference(agent.rounds[-1].belief, expected[number]))
-    record_property(
-        "measured",
+    figure(
         f"{len(SAID)} rounds, {failures} failed calls, each tried again; "
         f"resumed before each: log-posteriors at most {apart:.0e} apart",
     )
@@ -191,7 +188,7 @@ def test_another_wording_of_a_goal_leaves_the_odds_of_the_others(table, which: i
     assert ranked == pytest.approx(sorted(ranked, reverse=True), abs=1e-12)  # but for ties
 
 
-def test_where_minds_can_change_another_wording_moves_the_others_by_little(record_property) -> None:
+def test_where_minds_can_change_another_wording_moves_the_others_by_little(figure) -> None:
     random, moved, led = np.random.default_rng(0), list[float](), 0
     for _ in range(3000):
         which, spread = random.integers(1, 5), random.choice([1, 3, 10])
@@ -202,8 +199,7 @@ def test_where_minds_can_change_another_wording_moves_the_others_by_little(recor
         shares = [np.exp(each - np.logaddexp.reduce(each)) for each in (before, after)]
         moved.append(float(np.abs(shares[1] - shares[0]).sum()) / 2)
         led += int(before.argmax() != after.argmax())
-    record_property(
-        "measured",
+    figure(
         f"{len(moved):,} random beliefs: total variation {np.median(moved):.3f} at the median, "
         f"{np.quantile(moved, 0.95):.2f} in 95 % and {max(moved):.2f} at most; another goal "
         f"leads in {led}",
@@ -300,7 +296,7 @@ def test_a_number_of_anybodys_model_that_is_none_is_never_stored(tmp_path, kind:
     ("nats", "noise", "least"), [(3.0, 0.0, 100), (3.0, 1.0, 60), (2.0, 0.0, 0)]
 )
 def test_a_belief_follows_a_mind_that_changes_after_fifteen_turns(
-    nats, noise, least, record_property
+    nats, noise, least, figure
 ) -> None:
     """100 people with one of ten goals, for which each turn says some nats more than for others."""
     random = np.random.default_rng(0)
@@ -320,7 +316,7 @@ def test_a_belief_follows_a_mind_that_changes_after_fifteen_turns(
             )
             followed[name] += int(second in leaders)
     shares = ", ".join(f"{name} {count} %" for name, count in followed.items())
-    record_property("measured", f"{nats:g} nats, noise of {noise:g}: followed in 3 turns: {shares}")
+    figure(f"{nats:g} nats, noise of {noise:g}: followed in 3 turns: {shares}")
     assert min(followed["default"], followed["shipped"]) >= least
 
 
@@ -352,7 +348,7 @@ class Hostile(WordModel):
 
 
 @pytest.mark.parametrize("episodes", [20, pytest.param(300, marks=pytest.mark.slow)])
-def test_unspecified_stays_and_no_goal_comes_or_goes_unsaid(episodes, record_property) -> None:
+def test_unspecified_stays_and_no_goal_comes_or_goes_unsaid(episodes, figure) -> None:
     removed = rounds = 0
     for seed in range(episodes):
         agent = Agent(LampRoom(), Hostile(seed), patience=seed % 3)
@@ -371,8 +367,7 @@ def test_unspecified_stays_and_no_goal_comes_or_goes_unsaid(episodes, record_pro
             for correction in ("pin", "veto", "reword"):
                 with pytest.raises(InvalidInputError):
                     agent.correct(correction, "unspecified.", "anything")
-    record_property(
-        "measured",
+    figure(
         f"{rounds:,} rounds: {removed:,} goals removed, each told with a reason; Unspecified never",
     )
     assert removed > rounds / 10

@@ -12,7 +12,7 @@ from test_calibrating import some
 
 @pytest.mark.parametrize("factor", [0.3, 1.0, 4.0])
 def test_what_was_fitted_is_no_worse_on_others_and_better_than_no_belief(
-    factor: float, record_property
+    factor: float, figure
 ) -> None:
     """People whose words count `factor` times as much as Eq. 1 has it."""
     made = fit_calibration(some(200, factor=factor))
@@ -33,8 +33,7 @@ def test_what_was_fitted_is_no_worse_on_others_and_better_than_no_belief(
         assert gains.low > 0
     error = reliability([float(np.exp(row.max())) for row in last], [each.top1 for each in own])
     assert error.ece <= error.band.high
-    record_property(
-        "measured",
+    figure(
         f"300 dialogues: log-loss {fitted:.3f} fitted, {plain:.3f} by Eq. 1; calibration error "
         f"{error.ece:.3f}, that of a perfect forecaster up to {error.band.high:.3f}",
     )

@@ -51,7 +51,7 @@ SETTINGS = {"model": "words"}
 
 
 def test_every_commit_is_on_disk_before_it_is_told(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, visit: Any, record_property: Any
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, visit: Any, figure: Any
 ) -> None:
     """Asked of each connection as it commits, whoever uses it."""
     seen, used, commit = Counter[tuple[Any, ...]](), set[Any](), DefaultDialect.do_commit
@@ -96,9 +96,7 @@ def test_every_commit_is_on_disk_before_it_is_told(
     assert set(seen) == {("wal", 2, 1)}
     assert seen.total() > 60
     assert len(used) > 2
-    record_property(
-        "measured", f"{seen.total()} commits of {len(used)} connections: WAL and FULL at each"
-    )
+    figure(f"{seen.total()} commits of {len(used)} connections: WAL and FULL at each")
 
 
 def test_a_file_system_on_which_nothing_is_durable_is_refused(
@@ -136,9 +134,7 @@ def test_a_network_file_system_is_warned_of(
 # Torn tails
 
 
-def test_beliefs_in_a_file_survive_a_tear_at_every_byte(
-    tmp_path: Path, record_property: Any
-) -> None:
+def test_beliefs_in_a_file_survive_a_tear_at_every_byte(tmp_path: Path, figure: Any) -> None:
     turns = [{"query": "What?", "utterance": "milk"}, {"query": "And?", "utterance": "tea, ünd"}]
     rows = [
         {"id": n, "task": "Sell.", "turns": turns, "goals": ["buy milk", "drink tea ☕"]}
@@ -159,7 +155,7 @@ def test_beliefs_in_a_file_survive_a_tear_at_every_byte(
         out.write_bytes(whole[:size])
         assert go_on() == (size < len(whole))
         assert out.read_bytes() == whole
-    record_property("measured", f"torn at each of {len(whole) - start:,} bytes: only the torn "
+    figure(f"torn at each of {len(whole) - start:,} bytes: only the torn "
                     "dialogue is read again, and the file is the same to the byte")  # fmt: skip
 
 
@@ -176,7 +172,7 @@ def torn_copies(database: Path, before: int, stride: int) -> Iterator[tuple[int,
 
 @pytest.mark.parametrize("stride", STRIDES)
 def test_a_store_loses_at_most_the_round_whose_write_was_torn(
-    tmp_path: Path, stride: int, record_property: Any
+    tmp_path: Path, stride: int, figure: Any
 ) -> None:
     """What is not yet in the database's file stands at the end of its log."""
     with Store.open(tmp_path / "s.db") as store:
@@ -199,7 +195,7 @@ def test_a_store_loses_at_most_the_round_whose_write_was_torn(
                 store.append(id, a_round(len(found) + 1))
             assert len(rounds_of(torn / "s.db")[0]) == len(found) + 1
     assert set(kept) == {1, 2}
-    record_property("measured", f"torn at {kept.total():,} of {length - before + 1:,} bytes: "
+    figure(f"torn at {kept.total():,} of {length - before + 1:,} bytes: "
                     "whole each time, without the torn round alone")  # fmt: skip
 
 
@@ -267,7 +263,7 @@ def said_clearly(folder: Path) -> None:
     ],
 )
 def test_a_full_disk_stops_a_run_and_with_room_it_goes_on(
-    lives: Lives, whole: Any, life: Callable[..., None], step: int, record_property: Any
+    lives: Lives, whole: Any, life: Callable[..., None], step: int, figure: Any
 ) -> None:
     folder, cells, tables, rounds = whole
     stopped = 0
@@ -296,7 +292,7 @@ def test_a_full_disk_stops_a_run_and_with_room_it_goes_on(
             assert lives.live(episode, folder) == 0, (folder / "errors").read_text()
             assert rounds_of(folder / "s.db") == [rounds]
     assert stopped > 1
-    record_property("measured", f"{life.__name__}: full at {stopped} sizes: one line each, "
+    figure(f"{life.__name__}: full at {stopped} sizes: one line each, "
                     "nothing that was told lost, the same results in the end")  # fmt: skip
 
 
@@ -310,7 +306,7 @@ def unprivileged(folder: str, life: str) -> None:
 
 @pytest.mark.parametrize("life", [experiment, episode])
 def test_a_read_only_file_stops_a_run_and_is_as_it_was(
-    lives: Lives, life: Callable[..., None], record_property: Any
+    lives: Lives, life: Callable[..., None], figure: Any
 ) -> None:
     with fork.TemporaryDirectory() as name:  # where nobody may enter, too
         os.chmod(name, 0o777)

@@ -67,7 +67,7 @@ def exact(exact_gguf: Path) -> Iterator[LlamaCpp]:
     "texts", [WORDS[:10], pytest.param(WORDS, marks=pytest.mark.slow)], ids=len
 )
 def test_the_scored_tokens_are_the_words_and_each_has_its_own_number(
-    exact: LlamaCpp, texts, record_property
+    exact: LlamaCpp, texts, figure
 ) -> None:
     rows = exact.token_logprobs([CHAT] * len(texts), texts)
     worst = 0.0
@@ -81,12 +81,12 @@ def test_the_scored_tokens_are_the_words_and_each_has_its_own_number(
             prompt.append(token)
         assert len(row) == len(tokens)
         worst = max(worst, abs(float(row.sum()) - sum(alone)))
-    record_property("measured", f"{len(texts)} texts, float32: at most {worst:.1e} nats apart")
+    figure(f"{len(texts)} texts, float32: at most {worst:.1e} nats apart")
     assert worst <= 1e-4
 
 
 def test_a_goal_that_comes_after_ten_rounds_is_believed_as_if_it_had_always_been_there(
-    exact: LlamaCpp, record_property
+    exact: LlamaCpp, figure
 ) -> None:
     early, late = (GoalTracker(exact, goals=goals) for goals in (GOALS, GOALS[:3]))
     for turn in TURNS:
@@ -99,9 +99,7 @@ def test_a_goal_that_comes_after_ten_rounds_is_believed_as_if_it_had_always_been
     for calibration in (PAPER, DEFAULT, early.belief.calibration):
         one, other = (replace(each.belief, calibration=calibration) for each in (early, late))
         moved = max(moved, float(np.abs(one.probability - other.probability).max()))
-    record_property(
-        "measured", f"10 rounds, float32: {apart:.1e} nats a turn, {moved:.1e} of probability apart"
-    )
+    figure(f"10 rounds, float32: {apart:.1e} nats a turn, {moved:.1e} of probability apart")
     assert apart <= 1e-3
     assert moved <= 1e-5
 
@@ -115,7 +113,7 @@ def test_a_goal_that_comes_after_ten_rounds_is_believed_as_if_it_had_always_been
     ],
 )
 def test_neither_the_order_of_goals_nor_the_size_of_a_batch_decides(
-    request: pytest.FixtureRequest, weights, count, sizes, most, record_property
+    request: pytest.FixtureRequest, weights, count, sizes, most, figure
 ) -> None:
     engine: LlamaCpp = request.getfixturevalue(weights)
     roleplay = RolePlay(engine)
@@ -136,8 +134,7 @@ def test_neither_the_order_of_goals_nor_the_size_of_a_batch_decides(
     best = table.mean(0)
     clear = np.sort(best)[-1] - np.sort(best)[-2] > most
     flips = len({*table.argmax(1)}) - 1
-    record_property(
-        "measured",
+    figure(
         f"{count} goals, {'float32' if weights == 'exact' else engine.weight_type}, batches of "
         f"{', '.join(map(str, sizes))}: at most {apart:.1e} nats apart, {flips} other leaders",
     )

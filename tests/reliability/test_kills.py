@@ -46,7 +46,7 @@ def kept(life: Any, folder: Path, rounds: tuple[str, ...]) -> set[str]:
 @pytest.mark.parametrize("life", [experiment, episode])
 @pytest.mark.parametrize("kills", [12, pytest.param(200, marks=pytest.mark.slow)])
 def test_a_killed_run_loses_and_doubles_nothing(
-    lives: Lives, whole: Any, life: Any, kills: int, record_property: Any
+    lives: Lives, whole: Any, life: Any, kills: int, figure: Any
 ) -> None:
     folder, cells, tables, rounds = whole
     steps = len(rounds if life is episode else cells)
@@ -70,8 +70,7 @@ def test_a_killed_run_loses_and_doubles_nothing(
             assert measured(folder) == (cells, tables)
             episodes = rounds_of(folder / "tiny.db")
             assert len(episodes) == sum("episode" in found for _, found in cells.values())
-    record_property(
-        "measured",
+    figure(
         f"{runs} runs with {codes[-signal.SIGKILL]} SIGKILLs and {codes[130]} SIGINTs at random "
         f"moments: 0 of {told:,} rounds or cells that were told of lost, 0 doubled, the same end",
     )
@@ -161,7 +160,7 @@ def acts_of(place: str) -> list[str]:
 )
 def test_each_act_is_done_once_whenever_the_process_ends(
     lives: Lives, tmp_path: Path, world: str, database: str, stride: int,
-    request: pytest.FixtureRequest, record_property: Any,
+    request: pytest.FixtureRequest, figure: Any,
 ) -> None:  # fmt: skip
     folder, ends, deaths = furnish(tmp_path), list[Any](), 0
     for at in chain([-1], count(0, stride)):
@@ -180,8 +179,7 @@ def test_each_act_is_done_once_whenever_the_process_ends(
     acts = ends[0][0]
     assert len(acts) == len(set(acts)) >= 4
     assert deaths > len(ends) > 4
-    record_property(
-        "measured",
+    figure(
         f"{world}, {database}: ended at {len(ends) - 2} moments before and after each commit, "
         f"reset and act, and again in what follows ({deaths} deaths): each of {len(acts)} acts "
         "once in the state and once in the store",
@@ -195,7 +193,7 @@ def dying_experiment(folder: str, at: str) -> None:
 
 @pytest.mark.parametrize("stride", [40, pytest.param(1, marks=pytest.mark.slow)])
 def test_an_experiment_may_end_before_and_after_each_commit(
-    lives: Lives, whole: Any, stride: int, record_property: Any
+    lives: Lives, whole: Any, stride: int, figure: Any
 ) -> None:
     (folder, cells, tables, _), deaths = whole, 0
     for at in count(0, stride):
@@ -210,4 +208,4 @@ def test_an_experiment_may_end_before_and_after_each_commit(
         episodes = rounds_of(folder / "tiny.db")
         assert len(episodes) == sum("episode" in found for _, found in cells.values())
     assert deaths > 2
-    record_property("measured", f"ended at {deaths} of {at} moments: the same cells and tables")
+    figure(f"ended at {deaths} of {at} moments: the same cells and tables")

@@ -116,7 +116,7 @@ def mutated(data: bytes, number: int, most: int) -> bytes:
 
 @pytest.mark.parametrize("count", [3, pytest.param(300, marks=pytest.mark.slow)])
 def test_a_hostile_model_file_is_refused_or_ends_the_process(
-    count: int, tmp_path: Path, record_property: Callable
+    count: int, tmp_path: Path, figure: Callable[[str], None]
 ) -> None:
     """llama.cpp itself aborts where a vocabulary contradicts itself; nothing else goes wrong."""
     pytest.importorskip("gguf")
@@ -142,7 +142,7 @@ def test_a_hostile_model_file_is_refused_or_ends_the_process(
     told = (
         f"{ends['refused']} refused, {ends['loaded']} without harm, {ends['ended']} ended llama.cpp"
     )
-    record_property("measured", f"{count} broken model files: {told}; 0 ran anything")
+    figure(f"{count} broken model files: {told}; 0 ran anything")
 
 
 def small_gguf(path: Path) -> bytes:
@@ -168,7 +168,7 @@ def small_gguf(path: Path) -> bytes:
 
 @pytest.mark.parametrize("count", [4, pytest.param(60, marks=pytest.mark.slow)])
 def test_a_hostile_adapter_is_refused(
-    count: int, tmp_path: Path, record_property: Callable
+    count: int, tmp_path: Path, figure: Callable[[str], None]
 ) -> None:
     pytest.importorskip("gguf")
     transformers = pytest.importorskip("transformers")
@@ -182,7 +182,7 @@ def test_a_hostile_adapter_is_refused(
         except ModelError:
             refused += 1
     assert refused > 0
-    record_property("measured", f"{count} broken adapters: {refused} refused, 0 other errors")
+    figure(f"{count} broken adapters: {refused} refused, 0 other errors")
 
 
 SECRET = "sk-verysecret-0123456789"
@@ -242,7 +242,9 @@ class Echo(BaseHTTPRequestHandler):
         pass
 
 
-def test_a_key_and_a_password_are_told_nowhere(tmp_path: Path, record_property: Callable) -> None:
+def test_a_key_and_a_password_are_told_nowhere(
+    tmp_path: Path, figure: Callable[[str], None]
+) -> None:
     row = {"id": "1", "task": "t", "goals": ["a"], "turns": [{"query": "q", "utterance": "u"}]}
     (tmp_path / "in.jsonl").write_text(json.dumps(row))
     store = ["--store", str(tmp_path / "e.db")]
@@ -275,4 +277,4 @@ def test_a_key_and_a_password_are_told_nowhere(tmp_path: Path, record_property: 
     for text in (*told, *(each.decode(errors="replace") for each in kept)):
         assert SECRET[:12] not in text
     assert all(told)
-    record_property("measured", f"{len(commands)} commands, {len(kept)} files: told in none")
+    figure(f"{len(commands)} commands, {len(kept)} files: told in none")

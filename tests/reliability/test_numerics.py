@@ -126,7 +126,7 @@ def compare(belief: Belief) -> tuple[float, float]:
 
 
 @pytest.mark.parametrize("cases", [3_000, pytest.param(100_000, marks=pytest.mark.slow)])
-def test_probabilities_are_those_of_exact_arithmetic(cases: int, record_property) -> None:
+def test_probabilities_are_those_of_exact_arithmetic(cases: int, figure) -> None:
     apart = off = 0.0
     seen = impossible = 0
 
@@ -147,8 +147,7 @@ def test_probabilities_are_those_of_exact_arithmetic(cases: int, record_property
     holds()
     assert seen >= cases * 0.9
     assert impossible
-    record_property(
-        "measured",
+    figure(
         f"{seen:,} beliefs, {impossible:,} of them impossible: total variation at most "
         f"{apart:.1e}, sums at most {off:.1e} from 1 (0 where impossible), no NaN",
     )
@@ -159,9 +158,7 @@ def test_probabilities_are_those_of_exact_arithmetic(cases: int, record_property
     [(1, 100), (2, 100), (500, 3), pytest.param(500, 100, marks=pytest.mark.slow)],
 )
 @pytest.mark.parametrize("calibration", [PAPER, DEFAULT], ids=["Eq. 1", "default"])
-def test_many_goals_and_many_turns_lose_no_digits(
-    goals, turns, calibration, record_property
-) -> None:
+def test_many_goals_and_many_turns_lose_no_digits(goals, turns, calibration, figure) -> None:
     support = (UNSPECIFIED, *(Goal(f"goal {n}") for n in range(goals - 1)))
     apart = off = 0.0
     for scale in (3.0, 1e3, 1e6):
@@ -169,8 +166,7 @@ def test_many_goals_and_many_turns_lose_no_digits(
         table = -scale + random.random((turns, goals)) * min(scale, 3.0)
         found = compare(Belief(support, np.zeros(goals), table, calibration))
         apart, off = max(apart, found[0]), max(off, found[1])
-    record_property(
-        "measured",
+    figure(
         f"{goals} goals, {turns} turns: total variation at most {apart:.1e}, sums {off:.1e} from 1",
     )
     assert apart <= 1e-9

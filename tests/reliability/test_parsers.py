@@ -69,7 +69,7 @@ def replaced(draw: st.DrawFn, samples: list[bytes]) -> bytes:
 @pytest.mark.parametrize("count", [50, pytest.param(1000, marks=pytest.mark.slow)])
 @pytest.mark.parametrize("name", ENTRIES)
 def test_only_typed_errors_come_of_reading(
-    name: str, count: int, record_property: Callable
+    name: str, count: int, figure: Callable[[str], None]
 ) -> None:
     read, samples = ENTRIES[name]
     ends, told = Counter[str](), list[str]()
@@ -91,8 +91,7 @@ def test_only_typed_errors_come_of_reading(
 
     tried()
     assert all(each.isprintable() for each in told)
-    figure = f"{name}: {ends.total():,} hostile texts, {ends['refused']:,} refused, 0 other errors"
-    record_property("measured", figure)
+    figure(f"{name}: {ends.total():,} hostile texts, {ends['refused']:,} refused, 0 other errors")
 
 
 LOAD = r"""
@@ -107,7 +106,7 @@ print(len(shop), *re.findall(r"VmHWM:\s*(\d+)", Path("/proc/self/status").read_t
 
 @pytest.mark.parametrize("count", [5000, pytest.param(1_000_000, marks=pytest.mark.slow)])
 def test_a_catalogue_of_a_million_rows_fits(
-    count: int, tmp_path: Path, record_property: Callable
+    count: int, tmp_path: Path, figure: Callable[[str], None]
 ) -> None:
     if not Path("/proc/self/status").exists():
         pytest.skip("the system does not tell how much memory was used")
@@ -123,4 +122,4 @@ def test_a_catalogue_of_a_million_rows_fits(
     read, peak = map(int, done.stdout.split())
     assert read == count
     assert peak < 2**20  # KiB
-    record_property("measured", f"{count:,} rows: {read:,} items, {peak / 2**10:,.0f} MiB at most")
+    figure(f"{count:,} rows: {read:,} items, {peak / 2**10:,.0f} MiB at most")

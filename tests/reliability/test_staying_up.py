@@ -57,7 +57,7 @@ class Endless(WordModel):
 @pytest.mark.parametrize("domain", ["grocery", "house"])
 @pytest.mark.parametrize("taught", [True, False])
 def test_a_model_that_writes_without_end_gets_no_more_done(
-    taught: bool, domain: str, record_property: Callable
+    taught: bool, domain: str, figure: Callable[[str], None]
 ) -> None:
     settings, model = Settings(domain=domain, rounds=2), Endless(taught=taught)
     env = open_environment(settings)
@@ -80,14 +80,12 @@ def test_a_model_that_writes_without_end_gets_no_more_done(
     env.__exit__(None, None, None)
     told = f"{len(rounds)} rounds, at most {max(acts)} actions in one, prompts of at most"
     way = "taught" if taught else "prompted"
-    record_property(
-        "measured", f"{domain}, {way}: {told} {model.longest} of {model.context_size} tokens"
-    )
+    figure(f"{domain}, {way}: {told} {model.longest} of {model.context_size} tokens")
 
 
 @pytest.mark.parametrize("count", [2, pytest.param(50, marks=pytest.mark.slow)])
 def test_too_little_memory_again_and_again_leaves_the_answers_as_they_are(
-    count: int, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, record_property: Callable
+    count: int, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, figure: Callable[[str], None]
 ) -> None:
     torch = pytest.importorskip("torch")
     from goalscope.models.torch.model import Transformers
@@ -114,8 +112,7 @@ def test_too_little_memory_again_and_again_leaves_the_answers_as_they_are(
         least = min(least, model._batch)
     assert failed >= count // 2
     assert least < batch
-    record_property(
-        "measured",
+    figure(
         f"{count} of {count} calls survive {failed} times too little memory",
     )
 
@@ -176,7 +173,7 @@ print(json.dumps(
     ("goals", "tokens"), [(10, 300), pytest.param(500, 1000, marks=pytest.mark.slow)]
 )
 def test_many_goals_and_a_long_talk_keep_within_memory(
-    goals: int, tokens: int, record_property: Callable
+    goals: int, tokens: int, figure: Callable[[str], None]
 ) -> None:
     if not Path("/proc/self/status").exists():
         pytest.skip("the system does not tell how much memory was used")
@@ -189,8 +186,7 @@ def test_many_goals_and_a_long_talk_keep_within_memory(
     assert found["prompt"] >= tokens
     assert grown < 2500
     assert found["ended"] < 60
-    record_property(
-        "measured",
+    figure(
         f"{goals} goals, {found['prompt']:,} tokens of prompt: {grown:,.0f} MiB besides the model, "
         f"{found['peak'] / 2**10:,.0f} MiB in all, {found['took']:.0f} s; Ctrl-C ends it in "
         f"{found['ended']:.1f} s",

@@ -188,7 +188,7 @@ def controls(tokenizer: ChatTokenizer, tokens: Sequence[int]) -> list[int]:
     return [token for token in tokens if tokenizer.is_control(token)]
 
 
-def test_no_name_of_a_token_becomes_one_in_any_prompt(reader, record_property) -> None:
+def test_no_name_of_a_token_becomes_one_in_any_prompt(reader, figure) -> None:
     tokenizer, names = reader
     plain = [controls(tokenizer, tokenizer.render(chat)) for chat in chats("plain")]
     assert all(plain)
@@ -199,9 +199,7 @@ def test_no_name_of_a_token_becomes_one_in_any_prompt(reader, record_property) -
             assert tokenizer.detokenize(tokens) == text
         found = [controls(tokenizer, tokenizer.render(chat)) for chat in chats(f"x{name}y")]
         assert found == plain
-    record_property(
-        "measured", f"{len(names)} names of tokens in all {len(plain) - 1} prompts: 0 became one"
-    )
+    figure(f"{len(names)} names of tokens in all {len(plain) - 1} prompts: 0 became one")
 
 
 MARKUP: dict[str, Callable[[str, str], str]] = {
@@ -249,9 +247,7 @@ PAYLOADS = dict.fromkeys(
 
 
 @pytest.mark.parametrize("layout", ["goal-first", "goal-last"])
-def test_fake_turns_leave_every_token_of_the_template_where_it_was(
-    reader, layout, record_property
-) -> None:
+def test_fake_turns_leave_every_token_of_the_template_where_it_was(reader, layout, figure) -> None:
     tokenizer, _ = reader
     roleplay = RolePlay(Silent(tokenizer), layout=layout)
     assert len(PAYLOADS) >= 300
@@ -272,13 +268,11 @@ def test_fake_turns_leave_every_token_of_the_template_where_it_was(
         expected = [[*ids[:start], *words, *ids[start + len(own) :]] for start in starts]
         assert tokenizer.render(after) in expected
         assert not controls(tokenizer, words)
-    record_property("measured", f"{3 * len(PAYLOADS)} fake turns: 0 tokens of the template moved")
+    figure(f"{3 * len(PAYLOADS)} fake turns: 0 tokens of the template moved")
 
 
 @pytest.mark.parametrize("layout", ["goal-first", "goal-last"])
-def test_in_long_dialogues_every_prompt_keeps_task_goal_and_words(
-    reader, layout, record_property
-) -> None:
+def test_in_long_dialogues_every_prompt_keeps_task_goal_and_words(reader, layout, figure) -> None:
     tokenizer, _ = reader
     task = "Help the person to cook a supper."
     goals = ["a soup of leeks", "pancakes with much honey, and a jug of cold milk", "x " * 40]
@@ -313,8 +307,7 @@ def test_in_long_dialogues_every_prompt_keeps_task_goal_and_words(
             short += windows != {len(heard)}
             whole += windows == {len(heard)}
     assert short
-    record_property(
-        "measured",
+    figure(
         f"75 long rounds: {whole} read whole, {short} without the oldest turns (the same for all "
         f"goals), {refused} refused; task, goal and words in every prompt",
     )
