@@ -19,10 +19,8 @@ from goalscope.base.types import Goal, InvalidInputError, Turn, canonical, check
 from goalscope.belief.belief import Belief
 from goalscope.belief.tracker import GoalTracker
 from goalscope.cli.display import show_round
-from goalscope.envs.house.simulator.scenes import read_room
 from goalscope.storage.store import Store
 from test_catalogue import load
-from test_house_rooms import GOOD
 
 NJ, J = JOINERS
 WORDS = {
@@ -55,7 +53,6 @@ OVERRIDES = {
     "soft hyphen": "\u00ad", "byte order": "\ufeff", "word joiner": "\u2060",
     "invisible times": "\u2062", "tag": "\U000e0041", "annotation": "\ufff9",
 }  # fmt: skip
-scripts = pytest.mark.parametrize("word", WORDS.values(), ids=WORDS.keys())
 
 
 def goods(folder: Path, *names: str) -> list[str]:
@@ -63,10 +60,12 @@ def goods(folder: Path, *names: str) -> list[str]:
     return [item.name for item in load(folder, f"name\n{rows}").items]
 
 
-@scripts
+@pytest.mark.parametrize("word", WORDS.values(), ids=WORDS.keys())
 def test_a_word_keeps_its_joiners(word: str) -> None:
     assert without_invisible(word) == without_invisible(word, kinds=FORMAT) == word
     assert terminal_safe(word).plain == plain(word) == checked_text(word, "goal") == word
+    bare = word.translate(dict.fromkeys(map(ord, JOINERS)))
+    assert canonical(word) == canonical(bare)  # the same goal
 
 
 def test_joiners_are_kept_wherever_a_word_is_shown_or_stored(tmp_path: Path) -> None:
@@ -108,12 +107,6 @@ def test_a_joiner_where_no_script_needs_it_makes_no_second_identity(
     assert tracker.belief.goals == (tracker.belief.goals[0], Goal("nuts"))
 
 
-@scripts
-def test_a_goal_is_one_with_its_joiners_and_without(word: str) -> None:
-    bare = word.translate(dict.fromkeys(map(ord, JOINERS)))
-    assert canonical(word) == canonical(bare)
-
-
 @pytest.mark.parametrize("text", [NJ, J, f" {NJ}{J} ", "\u202e\u2066"])
 def test_joiners_alone_are_no_text(text: str) -> None:
     with pytest.raises(InvalidInputError, match="is empty"):
@@ -136,25 +129,6 @@ def test_the_rule_is_stable_and_touches_only_what_is_invisible(text: str) -> Non
 def test_millions_of_joiners_take_no_time() -> None:
     assert without_invisible(NJ * 1_000_000) == ""
     assert len(without_invisible(f"ی{NJ}" * 100_000)) == 200_000
-
-
-def test_a_room_may_be_labelled_in_any_script(tmp_path: Path) -> None:
-    file = tmp_path / "mine.toml"
-    file.write_text(f'{GOOD}label = "{PERSIAN}"\n', encoding="utf-8")
-    assert any(each["objectType"] == "Apple" for each in read_room(file).objects)
-    file.write_text(f'{GOOD}label = "\u202e{PERSIAN}"\n', encoding="utf-8")
-    with pytest.raises(InvalidInputError, match="'label' has invisible characters"):
-        read_room(file)
-
-
-def test_the_page_tells_words_as_they_were_said(address: str, visit) -> None:
-    ann = visit(address)
-    mine = ann.begin()
-    ann.say(mine, f"add {PERSIAN}")
-    assert ann.get(mine)["rounds"][0]["utterance"] == f"add {PERSIAN}"
-    ann.post(f"{mine}/corrections", kind="pin", goal=PERSIAN)
-    goals = [each["text"] for each in ann.live(mine)["belief"]["goals"]]
-    assert PERSIAN in goals
 
 
 @pytest.mark.parametrize(
