@@ -265,7 +265,7 @@ def _command(*words: str) -> None:
         return NamedModel(REPLIES)
 
     quiet = Console(file=open(os.devnull, "w"))  # noqa: SIM115
-    measuring.opened = measuring.opened = opening.open_model = small
+    measuring.opened = opening.open_model = small
     for module in (chat, experiments, terminal):
         module.console = lambda **_: quiet
     experiments.show_tables = lambda *_: None

@@ -180,7 +180,7 @@ def test_each_condition_has_the_figures_computed_by_hand():
         assert found["unspecified"] == pytest.approx(by_hand(prompt(query, "")))
 
 
-def test_the_others_leave_out_every_choice_in_the_persons_words():
+def test_others_leave_out_the_persons_words_and_goals_stand_where_the_layout_has_them():
     class Spy(WordModel):
         heard = ""
 
@@ -197,3 +197,7 @@ def test_the_others_leave_out_every_choice_in_the_persons_words():
     assert "<Fruit?\n- pears>" in spy.heard
     assert "- red apples" not in spy.heard
     assert len(measured["goals"]) == 3
+    assert "wants this: x" in spy.heard
+    spy.heard = ""
+    measure_question(spy, SAID, layout="goal-first")
+    assert "wants this" not in spy.heard  # but before the conversation

@@ -68,8 +68,7 @@ def test_every_commit_is_on_disk_before_it_is_told(
         commit(self, connection)
 
     monkeypatch.setattr(DefaultDialect, "do_commit", asked)
-    for module in (measuring, fork.importlib.import_module("goalscope.experiment.measure")):
-        monkeypatch.setattr(module, "opened", lambda model, *_: NamedModel())
+    monkeypatch.setattr(measuring, "opened", lambda model, *_: NamedModel())
     monkeypatch.setattr(measuring, "_fingerprints", {})
     folder = furnish(tmp_path / "run")
     plan = read_experiment(folder / "tiny.toml")
@@ -200,39 +199,29 @@ def test_a_store_loses_at_most_the_round_whose_write_was_torn(
 
 
 def test_a_calibration_is_the_old_or_the_new_whatever_stops_its_writing(
-    tmp_path: Path, lives: Lives
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    file = tmp_path / "mine.json"
+    file, write = tmp_path / "mine.json", Path.write_text
     keep_calibration(file, DEFAULT, {})
-    for at in range(3):  # before the first byte, before the name is given, and after
-        code = lives.live(keeping, tmp_path, str(file), str(at))
-        assert code == 9
-        assert calibration_named(str(file)).temperature == (7.0 if at == 2 else DEFAULT.temperature)
+
+    def write_half(self: Path, text: str, **more: Any) -> None:
+        write(self, text[: len(text) // 2], **more)
+        raise KeyboardInterrupt
+
+    def give_no_name(self: Path, target: Path) -> None:
+        raise KeyboardInterrupt
+
+    for name, stopped in (("write_text", write_half), ("replace", give_no_name)):
+        with monkeypatch.context() as patch:
+            patch.setattr(Path, name, stopped)
+            with pytest.raises(KeyboardInterrupt):
+                keep_calibration(file, replace(DEFAULT, temperature=7.0), {})
+        assert calibration_named(str(file)) == DEFAULT
     whole = file.read_text()
     for size in range(len(whole) - 1):  # by another program
         file.write_text(whole[:size])
         with pytest.raises(InvalidInputError, match="is not a calibration"):
             calibration_named(str(file))
-
-
-def keeping(folder: str, file: str, at: str) -> None:
-    """Write a calibration, and die on the way."""
-    write, give = Path.write_text, Path.replace
-
-    def write_half(self: Path, text: str, **more: Any) -> Any:
-        if at == "0":
-            write(self, text[: len(text) // 2], **more)
-            os._exit(9)
-        return write(self, text, **more)
-
-    def give_name(self: Path, target: Path) -> Any:
-        if at == "1":
-            os._exit(9)
-        give(self, target)
-        os._exit(9)
-
-    Path.write_text, Path.replace = write_half, give_name
-    keep_calibration(Path(file), replace(DEFAULT, temperature=7.0), {})
 
 
 # Full, read-only and locked disks

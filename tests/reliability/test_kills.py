@@ -184,28 +184,3 @@ def test_each_act_is_done_once_whenever_the_process_ends(
         f"reset and act, and again in what follows ({deaths} deaths): each of {len(acts)} acts "
         "once in the state and once in the store",
     )
-
-
-def dying_experiment(folder: str, at: str) -> None:
-    dying(int(at))
-    experiment(folder)
-
-
-@pytest.mark.parametrize("stride", [40, pytest.param(1, marks=pytest.mark.slow)])
-def test_an_experiment_may_end_before_and_after_each_commit(
-    lives: Lives, whole: Any, stride: int, figure: Any
-) -> None:
-    (folder, cells, tables, _), deaths = whole, 0
-    for at in count(0, stride):
-        anew(folder)
-        code = lives.live(dying_experiment, folder, str(at))
-        if code == 0:
-            break
-        assert code == 9, (folder / "errors").read_text()
-        deaths += 1
-        assert lives.live(experiment, folder) == 0, (folder / "errors").read_text()
-        assert measured(folder) == (cells, tables)
-        episodes = rounds_of(folder / "tiny.db")
-        assert len(episodes) == sum("episode" in found for _, found in cells.values())
-    assert deaths > 2
-    figure(f"ended at {deaths} of {at} moments: the same cells and tables")
