@@ -9,7 +9,7 @@ from goalscope.agent.agent import Agent
 from goalscope.base.types import Action, GoalscopeError, Profile
 from goalscope.envs import Environment
 from goalscope.envs.check import check_env
-from goalscope.envs.house import HomeRobot, HouseController
+from goalscope.envs.house import HomeRobot, HouseController, load_profiles
 from goalscope.language.dialogue_state import DialogueState, fold
 from goalscope.language.orders import Reading, orders_from_text
 
@@ -44,7 +44,7 @@ class Counting(HouseController):
 @pytest.mark.parametrize("scene", ["Kitchen1", "LivingRoom1", "Bedroom1", "Bathroom1"])
 def test_the_robot_keeps_the_laws_of_an_environment(scene: str) -> None:
     environment: Environment = HomeRobot(HouseController(scene))
-    check_env(environment)
+    check_env(environment, [each for each in load_profiles() if each.scene == scene])
 
 
 def test_each_act_is_done_from_a_pose_that_reaches_the_object() -> None:

@@ -4,9 +4,10 @@ from pathlib import Path
 
 import pytest
 
+from goalscope.base.stats import Interval
 from goalscope.experiment.summary import Estimate, without_shared
 from goalscope.report import read_report, write_report
-from goalscope.report.figures import Figure
+from goalscope.report.figures import Figure, errors
 from reports import METHODS, ablation, drawn, episode, fill, in_settings, texts
 
 NAMES = {"GOOD", "No Goals", "No Inference"}
@@ -19,6 +20,11 @@ def test_each_measure_has_a_panel_and_each_person_a_row(tmp_path: Path) -> None:
         assert panels | NAMES <= {*texts(figure)}
     assert (every.name, "n = 3" in " ".join(texts(every))) == ("ablation", True)
     assert {"anna", "ben", "cleo"} <= {*texts(people)}
+
+
+def test_bars_end_at_the_ends_of_the_intervals() -> None:
+    found = errors([Estimate(0.5, Interval(0.4, 0.7)), Estimate(0.5)], 100)
+    assert found.tolist() == [pytest.approx([10, 0]), pytest.approx([20, 0])]
 
 
 def test_the_points_are_the_means_of_the_tables(
@@ -77,6 +83,16 @@ def test_settings_that_differ_never_share_a_label(tmp_path: Path) -> None:
     found = [each for each in section.tables if each.name.endswith("-methods")]
     assert sorted(each.rows[0]["score"].value for each in found) == [0, 0, 1, 1]
     assert [each for each in found if each.rows[0]["runs"] != 1] == []
+
+
+def test_settings_that_are_not_the_usual_ones_are_told_of_a_model_that_has_no_others(
+    tmp_path: Path,
+) -> None:
+    spec, result = episode("good", "anna", 1.0)
+    own = {**spec["settings"], "k": 1, "prompted": ["propose", "remove", "plan", "query"]}
+    fill(tmp_path / "r.db", [({**spec, "settings": own}, result)])
+    (section,) = read_report(tmp_path / "r.db", draw=False).sections
+    assert section.tables[1].title.endswith("Instruct, k 1, prompted all")
 
 
 def test_titles_without_what_they_share_can_be_told_apart() -> None:

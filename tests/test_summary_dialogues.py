@@ -238,6 +238,8 @@ def test_sets_goal_sets_and_models_have_tables_of_their_own() -> None:
         ("teach-valid-random-small", "1 dialogue"),
     ]
     assert read_dialogues([]) == ()
+    (own,) = read_dialogues([({**spec, "split": None}, result)])  # a file has no split
+    assert own.name == "teach-hard-small"
 
 
 def test_few_groups_are_told_of_however_many_dialogues_they_have() -> None:
