@@ -48,7 +48,7 @@ def test_golden_episode() -> None:
     assert first.top(1)[0][0] == Goal("have lamp light")
     assert [result.action for result in rounds[0].results] == [Action("switch on", "lamp")]
     assert rounds[-1].terminated
-    assert rounds[-1].status == "On: light, lamp."
+    assert rounds[-1].status == "On: lamp."
 
 
 @pytest.mark.parametrize("method", ["good", "no-inference"])
