@@ -89,22 +89,31 @@ def test_a_planted_defect_is_found(tmp_path: Path, right: str, wrong: str, told:
 
 
 @pytest.mark.parametrize(
-    ("actions", "told"),
+    ("member", "given", "told"),
     [
         (
+            "serving",
+            lambda shop, need, _: [Action("add item", f"Some {need}")],
+            "`serving` must give what can be done",
+        ),
+        (
+            "actions",
             lambda shop, name, dialogue: (
                 [] if dialogue.limits else [Action("add item", f"Some {name}")]
             ),
             "must give what can be done",
         ),
         (
+            "actions",
             lambda shop, name, _: GroceryShop.actions(shop, name, DialogueState()),
             "must leave out what the person ruled out",
         ),
     ],
 )
-def test_a_planted_defect_of_the_shops_guesses_is_found(actions: object, told: str) -> None:
-    wrong = type("Wrong", (GroceryShop,), {"actions": actions})
+def test_a_planted_defect_of_the_shops_guesses_is_found(
+    member: str, given: object, told: str
+) -> None:
+    wrong = type("Wrong", (GroceryShop,), {member: given})
     with pytest.raises(GoalscopeError, match=told):
         check_env(wrong(CATALOGUE, search=SEARCH), most=8)
 

@@ -207,9 +207,9 @@ class _Trial:
                     _hold(not acts, f"what is not here must not be replaced: {gone} gives {acts}")
                 if "where" in self.verbs[order.do].slots:
                     self.resolve(Order(order.do, order.what, where="no such place"))
-            for limit in LIMITS:
-                self._try_limit(Order(limit, name))
-            self._try_limit(Order("budget", quantity=1e6))
+            named = (Order(limit, name) for limit in LIMITS if limit != "budget")
+            for limit in (*named, Order("budget", quantity=1e6)):
+                self._try_limit(limit)
             for asked in (Order("ask", name), Order("ask")):
                 self.call("answer", asked, DialogueState(), self.pick, f"What about {name}?")
         _hold(self.state() == self.start, "to resolve and to answer must change nothing")
@@ -259,6 +259,7 @@ class _Trial:
         """What may be done unasked: not what was ruled out, nor what is done already."""
         if not isinstance(self.env, Proactive):
             return
+        ways: list[list[Action]] = []
         guesses = {name: found for name in self.names if (found := self.guesses(name))}
         for name, found in guesses.items():
             for why in ("", "allergy"):
@@ -277,13 +278,17 @@ class _Trial:
                     close = get_close_matches(str(need), self.names, 1, _TYPO)
                     known = bool(way) or not close or need in close
                     _hold(known, f"a scenario needs {need!r}; did you mean {close}?")
+                    if way and not any(is_irreversible(self.env, each) for each in way):
+                        ways.append(way)
+        done = any(self._try_guess(NOWHERE, *way) for way in ways[: self.most])
+        _hold(done or not ways, f"`serving` must give what can be done: {ways[: self.most]}")
 
-    def _try_guess(self, name: str, action: Action) -> bool:
-        """Whether a guess succeeds; once is enough."""
-        done = self.take(action).ok
-        if done and action in self.guesses(name):
-            again = self.step(action).ok
-            _hold(again, f"`actions` must leave out what is done already: {action}")
+    def _try_guess(self, name: str, *actions: Action) -> bool:
+        """Whether a guess for a name succeeds; what then fails is not to be guessed again."""
+        done = all(self.take(each).ok for each in actions)
+        if done and actions[-1] in self.guesses(name):
+            again = self.step(actions[-1]).ok
+            _hold(again, f"`actions` must leave out what is done already: {actions[-1]}")
         self.reset()
         return done
 
