@@ -42,6 +42,20 @@ def test_what_some_people_must_not_have_goes_where_it_was_guessed(said, left) ->
     assert opened.basket == left
 
 
+@pytest.mark.parametrize(
+    ("orders", "basket"),
+    [
+        (["add black beans | 2 can"], {"Canned Black Beans": 2}),
+        (["add black beans | 2 can", "add black beans | 1 tin"], {"Canned Black Beans": 3}),
+        (["add black beans | 2"], {"Dried Black Beans": 2}),
+        (["add olives | 2 can"], {"Green Olives": 2}),
+        (["add cola | 6 can"], {"Cola": 1}),
+    ],
+)
+def test_cans_bring_the_canned_kind_where_there_is_one(orders, basket) -> None:
+    assert ordered(orders) == basket
+
+
 def test_the_shop_keeps_the_laws_of_an_environment() -> None:
     check_env(shop(), most=8)
 

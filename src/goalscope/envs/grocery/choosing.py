@@ -4,15 +4,18 @@ from __future__ import annotations
 
 import re
 from collections.abc import Collection, Iterable, Mapping, Sequence
+from dataclasses import replace
 
-from goalscope.base.nouns import head_nouns, names, singular, singulars, words
+from goalscope.base.nouns import head_nouns, head_words, names, singular, singulars, words
 from goalscope.envs.grocery.catalogue import Catalogue, Item
 from goalscope.envs.grocery.dietary import Bounds, labelled
 from goalscope.envs.grocery.diets import DIETS, finder
-from goalscope.envs.grocery.quantities import PACKAGES
+from goalscope.envs.grocery.quantities import PACKAGES, without_percentage
 from goalscope.envs.grocery.search import LABELS, WORDS, Search
 from goalscope.language.amounts import word_value
+from goalscope.language.orders import Order
 
+_CANS = frozenset({"can", "tin"})
 _VAGUE = frozenset(WORDS["vague"].split())
 _SMALL = frozenset(WORDS["small"].split()) | frozenset(WORDS["empty"].split())
 _ANY = frozenset(WORDS["any"].split()) | _SMALL
@@ -38,6 +41,15 @@ class Chooser:
         self._names = {item.name.casefold(): item for item in catalogue.items}
         self._tags = catalogue.tags | {*DIETS}
         self._search = search
+
+    def in_shop_words(self, order: Order) -> Order:
+        """The order with what belongs to a name in the name: a percentage, or that it is canned."""
+        order = without_percentage(order)
+        canned = f"canned {order.what}"
+        if singular(order.unit) in _CANS and (item := self.meant(canned, Bounds())):
+            is_such = names(" ".join(head_words(item.name)), order.what)
+            return replace(order, what=canned) if is_such else order
+        return order
 
     def meant(self, phrase: str, bounds: Bounds, basket: Collection[Item] = ()) -> Item | None:
         """The item that a phrase means: by its exact name, in the basket, usual, or plainest.

@@ -16,7 +16,7 @@ from goalscope.envs.grocery.choosing import Chooser
 from goalscope.envs.grocery.dietary import Bounds, avoided_name, bounds_of, diets_of, unset_budget
 from goalscope.envs.grocery.diets import diet_named
 from goalscope.envs.grocery.profiles import checks_met, unwanted
-from goalscope.envs.grocery.quantities import packages, without_percentage
+from goalscope.envs.grocery.quantities import packages
 from goalscope.envs.grocery.search import Search
 from goalscope.envs.scenarios import Scenario, shipped_scenarios
 from goalscope.language.dialogue_state import DialogueState
@@ -116,7 +116,7 @@ class GroceryShop(Proactive):
 
         It warns of what comes and is not known to fit the diets.
         """
-        bounds, order = bounds_of(dialogue, self.catalogue), without_percentage(order)
+        bounds, order = bounds_of(dialogue, self.catalogue), self._chooser.in_shop_words(order)
         match order.do:
             case "undo":
                 found = self._undo(dialogue.to_undo, bounds)
@@ -147,7 +147,7 @@ class GroceryShop(Proactive):
 
     def _add(self, order: Order, bounds: Bounds, dialogue: DialogueState) -> Resolution:
         """More of a thing, or exactly so many of it; a guess counts towards what is asked for."""
-        said, before = order.what, _asked_for(dialogue, order)
+        said, before = order.what, self._asked_for(dialogue, order)
         item = self._chooser.meant(said, bounds, self._basket)
         if item is None and order.quantity is None:
             what, quantity = self._chooser.counted(said)
@@ -208,7 +208,7 @@ class GroceryShop(Proactive):
             number, note = packages(replace(order, quantity=quantity, unit=""), item)
         elif not old:
             number, note = packages(order, item)
-        before = _asked_for(dialogue, order)
+        before = self._asked_for(dialogue, order)
         if item not in (self._chooser.meant(each, bounds, self._basket) for each in before):
             number = max(number - held, 0)
         moved = [*(_change(each, -count) for each in old), _change(item, min(number, MOST - held))]
@@ -230,7 +230,7 @@ class GroceryShop(Proactive):
 
         What only some people must not have stays where it was asked for, and a guess goes.
         """
-        wanted = _asked_for(dialogue)
+        wanted = self._asked_for(dialogue)
 
         def stays(item: Item) -> bool:
             ordered = any(
@@ -250,6 +250,14 @@ class GroceryShop(Proactive):
         )
         why = "" if is_known else f'I cannot tell by names and labels what is "{order.what}".'
         return Resolution(out, " ".join(filter(None, (why, bounds.unknown(kept)))))
+
+    def _asked_for(self, dialogue: DialogueState, but: Order | None = None) -> list[str]:
+        """What orders ask to come, `but` for one; all else in the basket was guessed."""
+        orders = [*map(self._chooser.in_shop_words, dialogue.asked)]
+        if but in orders:
+            orders.remove(but)
+        coming = (each for each in orders if each.do in ("add", "set", "swap"))
+        return [each.for_ if each.do == "swap" else each.what for each in coming]
 
     def _over(self, bounds: Bounds, more: Decimal = Decimal(0)) -> str:
         """That the basket costs more than it may, if it does or would."""
@@ -410,15 +418,6 @@ class GroceryShop(Proactive):
         contents = [*self._basket.items()]
         met = checks_met(profile.checks, contents, bought=self._bought)
         return Checks(tuple(met), tuple(unwanted(profile, contents)))
-
-
-def _asked_for(dialogue: DialogueState, but: Order | None = None) -> list[str]:
-    """What orders ask to come, `but` for one; all else in the basket was guessed."""
-    orders = [*map(without_percentage, dialogue.asked)]
-    if but in orders:
-        orders.remove(but)
-    coming = (each for each in orders if each.do in ("add", "set", "swap"))
-    return [each.for_ if each.do == "swap" else each.what for each in coming]
 
 
 def _change(item: Item, number: int) -> Action:
