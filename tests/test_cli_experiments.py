@@ -12,7 +12,7 @@ from goalscope.base.stats import Interval
 from goalscope.base.types import ModelError
 from goalscope.cli.tables import show_tables
 from goalscope.experiment import measure as measuring
-from goalscope.experiment.results import Results, sole
+from goalscope.experiment.results import Results
 from goalscope.experiment.summary import Estimate, Table
 from test_run import QUESTIONS, SHOP, NamedModel
 
@@ -235,13 +235,6 @@ def test_results_of_another_code_are_refused_until_told_otherwise(here, monkeypa
     assert "keeps" not in refused.stderr
     tables("bench", "mcq", "q.jsonl", "--anyway")
     assert len(cells("mcq-q")) == 3
-
-
-def test_a_second_process_on_the_same_file_is_refused(here):
-    tables("bench", "mcq", "q.jsonl", "--limit", "1")
-    with sole(here / "results/mcq-q.db"):
-        assert "Another process" in fails(2, "bench", "mcq", "q.jsonl")
-        assert tables("bench", "dialogues", "--jsonl", "d.jsonl", "--limit", "1")  # another file
 
 
 def test_cells_that_fail_are_told_after_the_tables(here, monkeypatch):

@@ -101,9 +101,3 @@ def test_chat_in_the_house_goes_on_where_it_stopped() -> None:
     second = run("chat", "house", "--resume", id[1], input="where is the tomato?\nTask completed\n")
     assert second.exit_code == 0, second.output
     assert "tomato: now in the fridge" in second.stdout
-
-
-def test_unknown_scene_profile_and_simulator_are_said() -> None:
-    assert "Kitchen1" in refused("house", "show", "Atlantis")
-    assert "breakfast-sandwich" in refused("run", "house", "--profile", "nobody")
-    assert "Kitchen1" in refused("chat", "house", "--scene", "Atlantis", "--method", "no-goals")

@@ -92,9 +92,17 @@ class Named(Uncalibrated):
     calibration = "paper"
 
 
+class Old:
+    calibration = PAPER
+
+    def log_likelihood(self, task):
+        raise AssertionError
+
+
 @pytest.mark.parametrize(
     ("likelihood", "why"),
     [
+        (Old(), "is what it needs"),
         (Fixed, r"give an instance, Fixed\(...\)"),
         ("words", "no method log_likelihood"),
         (

@@ -82,14 +82,7 @@ def chat(
     A resumed episode keeps its options, except for --rounds and --picture.
     """
     from goalscope.agent.settings import Settings
-    from goalscope.cli.display import (
-        show_belief,
-        show_done,
-        show_header,
-        show_round,
-        show_summary,
-        show_understood,
-    )
+    from goalscope.cli import display
     from goalscope.envs import completion_phrase
     from goalscope.envs.registry import profile_named
     from goalscope.storage.session import Session, more_rounds, saved_settings
@@ -106,7 +99,7 @@ def chat(
 
     def understood(round: Round) -> None:
         is_typed = settings.human == "you"
-        show_understood(out, round, before, transcript=not is_typed)
+        display.show_understood(out, round, before, transcript=not is_typed)
 
     with Store.open(store) as episodes:
         info = episodes.episode(resume) if resume else None
@@ -133,7 +126,7 @@ def chat(
                 resume=info,
                 understood=understood,
             )
-            show_header(out, session.info)
+            display.show_header(out, session.info)
             corrections = (
                 '; "/help" shows how to correct the goals.' if settings.method == "good" else "."
             )
@@ -143,20 +136,20 @@ def chat(
                 style="dim",
             )
             for round in session.earlier:
-                show_round(out, round, before)
+                display.show_round(out, round, before)
                 before = round.belief
             if session.agent.corrections:
-                show_belief(out, session.agent.belief, before)
+                display.show_belief(out, session.agent.belief, before)
             draw = _drawing(env, settings.domain, picture)
             try:
                 with _resumable(session), busy:
                     for round in session.run():
-                        show_done(out, round)
+                        display.show_done(out, round)
                         draw()
                         before = round.belief
             except EOFError:
                 raise typer.Exit from None
-            show_summary(out, session.info)
+            display.show_summary(out, session.info)
             if session.info.ended != "terminated":
                 say(more_rounds(session.info, settings.rounds))
 
@@ -196,7 +189,7 @@ def run(
     as_json: options.Json = False,
 ) -> None:
     """Run episodes with simulated people, and score the outcome."""
-    from goalscope.cli.display import show_scores
+    from goalscope.cli import display
     from goalscope.envs.registry import profile_named, profiles_of
     from goalscope.models.opening import forget
     from goalscope.storage.session import Session
@@ -233,47 +226,41 @@ def run(
         if as_json and scored:
             print(json.dumps([_outcome_json(*each) for each in scored]))
     if has_many and not as_json:
-        show_scores(console(), scored)
+        display.show_scores(console(), scored)
 
 
 def _run_one(session: Session, draw: Callable[[], None], *, quiet: bool, brief: bool) -> Scored:
     """Run a simulated episode; print each round if it is the only one."""
     import time
 
-    from goalscope.cli.display import (
-        show_checks,
-        show_header,
-        show_round,
-        show_summary,
-        show_unwanted,
-    )
+    from goalscope.cli import display
 
     out, start, before = console(), time.monotonic(), None
     has_rounds = not (quiet or brief)
     if has_rounds:
-        show_header(out, session.info)
+        display.show_header(out, session.info)
     with _resumable(session), spinner(out, "") as busy:
         busy.update(terminal_safe(f"{session.info.profile}: round 1"))
         for round in session.run():
             busy.update(terminal_safe(f"{session.info.profile}: round {round.number + 1}"))
             if has_rounds:
-                show_round(out, round, before)
+                display.show_round(out, round, before)
             draw()
             before = round.belief
     info, unwanted = session.info, session.unwanted()
     if session.profile and has_rounds:
-        show_checks(out, session.profile.checks, session.checks_met())
+        display.show_checks(out, session.profile.checks, session.checks_met())
         if unwanted is not None:
-            show_unwanted(out, unwanted)
+            display.show_unwanted(out, unwanted)
     if not quiet:
-        show_summary(out, info, time.monotonic() - start)
+        display.show_summary(out, info, time.monotonic() - start)
     return info, unwanted
 
 
 def correct(out: Console, session: Session, line: str) -> None:
     """Run a chat command, a line that begins with a slash, and show the belief."""
     from goalscope.belief.explain import reasons
-    from goalscope.cli.display import show_belief, show_reasons
+    from goalscope.cli import display
 
     command, _, rest = line.strip().partition(" ")
     corrections: dict[str, Correction] = {"/pin": "pin", "/veto": "veto", "/reword": "reword"}
@@ -288,14 +275,14 @@ def correct(out: Console, session: Session, line: str) -> None:
         if not belief.goals:
             raise InvalidInputError(NO_HELP)
         if command == "/goals":
-            show_belief(out, belief)
+            display.show_belief(out, belief)
             return
         if not belief.inferred:
             raise InvalidInputError(ORDER_HELP)
         number, _, text = rest.strip().partition(" ")
         if command == "/why":
             goal = _numbered(belief, number, command)
-            show_reasons(
+            display.show_reasons(
                 out, goal, reasons(belief, session.agent.turns, goal), pinned=belief.pinned
             )
             return
@@ -304,7 +291,7 @@ def correct(out: Console, session: Session, line: str) -> None:
         else:
             goal = _numbered(belief, number, command)
             session.correct(corrections[command], goal, text)
-        show_belief(out, session.agent.belief, belief)
+        display.show_belief(out, session.agent.belief, belief)
     except InvalidInputError as error:
         out.print(terminal_safe(str(error), "dim"))
 

@@ -188,12 +188,10 @@ def _check_effects(given: dict[str, Any], domain: str) -> None:
     """Refuse options that would have no effect."""
     from goalscope.envs.registry import domain_named
 
-    options = {"columns": "--column"} | {
-        name: f"--{name}" for name in ("catalogue", "scene", "unity", "simulator")
-    }
-    for name, option in options.items():
+    for name in ("catalogue", "columns", "scene", "unity", "simulator"):
         is_given = given[name] and given[name] != "embedded"  # the default simulator
         if is_given and name not in domain_named(domain).settings:
+            option = f"--{name.removesuffix('s')}"
             raise InvalidInputError(f"{option} does not apply to the domain {domain!r}.")
     if given["unity"] and given["simulator"] != "thor":
         raise InvalidInputError("--unity needs --simulator thor.")
