@@ -17,6 +17,7 @@ from click.testing import Result
 from typer.testing import CliRunner
 
 from goalscope.cli.main import app
+from goalscope.storage.store import EpisodeInfo, Store
 
 PROFILES = """
 [[profile]]
@@ -55,6 +56,13 @@ def fails(code: int, *args: object) -> str:
     assert "Traceback" not in result.stderr
     (line,) = result.stderr.strip().splitlines()
     return line
+
+
+def only_episode(file: Path | None = None) -> EpisodeInfo:
+    """The one episode of a store."""
+    with Store.open(file) as store:
+        (info,) = store.episodes()
+        return info
 
 
 def rows_file(tmp_path: Path, *rows: object) -> Path:

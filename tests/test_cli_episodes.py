@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from commands import PROFILES, ROW, fails, rows_file, run
+from commands import PROFILES, ROW, fails, only_episode, rows_file, run
 from goalscope.agent.agent import Agent
 from goalscope.agent.settings import settings_of
 from goalscope.belief.calibration import DEFAULT, PAPER, keep_calibration
@@ -37,8 +37,7 @@ def test_a_runs_calibration_and_trigger_are_kept_from_any_folder(
         file = tmp_path / f"{name}.db"
         options = ["--store", file, "--calibration", name, "--propose", propose]
         assert run("chat", *shop[:2], *options, **said).exit_code == 0
-        with Store.open(file) as store:
-            (info,) = store.episodes()
+        info = only_episode(file)
         assert (info.settings["calibration"], info.settings["propose"]) == (kept, propose)
         with monkeypatch.context() as elsewhere:
             elsewhere.chdir(tmp_path)
@@ -145,8 +144,7 @@ def test_a_chat_that_ends_early_is_kept_and_goes_on(shop, store_file):
     plain = ["--method", "no-goals", *shop[:2]]
     first = run("chat", *plain, input="I need cocoa powder for a cake.\n")
     assert first.exit_code == 0, first.output
-    with Store.open(store_file) as store:
-        (info,) = store.episodes()
+    info = only_episode(store_file)
     assert info.rounds == 1
     assert f"--resume {info.id}" in first.stderr
     second = run("chat", "--resume", info.id, "--rounds", "2", input="\nAnd milk.\n")
@@ -164,8 +162,7 @@ def test_a_chat_that_ends_early_is_kept_and_goes_on(shop, store_file):
 def test_a_resumed_episode_takes_no_options_that_it_would_not_heed(shop, store_file, words):
     first = run("chat", *shop[:2], "--seed", "3", input="I need cocoa powder for a cake.\n")
     assert first.exit_code == 0, first.output
-    with Store.open(store_file) as store:
-        (info,) = store.episodes()
+    info = only_episode(store_file)
     resume = ("chat", "--resume", info.id)
     for options in (["--seed", 3], ["--method", "good"], ["--propose", "paper"]):
         assert f"Leave out {options[0]}," in fails(2, *resume, *options)
@@ -211,8 +208,7 @@ def test_an_adapter_is_kept_with_an_episode(shop, store_file, words, tmp_path, m
     monkeypatch.chdir(tmp_path)
     said = {"input": "I need cocoa powder for a cake.\n"}
     assert run("chat", *shop[:2], "--adapter", "mine", **said).exit_code == 0
-    with Store.open(store_file) as store:
-        (info,) = store.episodes()
+    info = only_episode(store_file)
     assert info.settings["adapter"] == str(tmp_path / "mine")
     assert run("chat", "--resume", info.id, **said).exit_code == 0
     people = ["--profile", "baker", "--rounds", "1", *shop]

@@ -7,8 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from commands import ROW, fails, rows_file, run
-from goalscope.storage.store import Store
+from commands import ROW, fails, only_episode, rows_file, run
 from test_run import OWN
 
 
@@ -16,12 +15,6 @@ from test_run import OWN
 def mine(tmp_path: Path) -> str:
     (tmp_path / "mine.py").write_text(OWN)
     return f"{tmp_path / 'mine.py'}:Mine"
-
-
-def only_episode(file: Path):
-    with Store.open(file) as store:
-        (info,) = store.episodes()
-        return info
 
 
 def test_k_is_stored_with_the_episode_and_resumed(shop, store_file, words):

@@ -6,7 +6,7 @@ import pytest
 import typer
 from typer.testing import CliRunner
 
-from commands import run
+from commands import only_episode, run
 from goalscope.agent.guards import CONFIRM
 from goalscope.agent.round import Round
 from goalscope.cli.main import _Commands
@@ -64,8 +64,7 @@ def test_nothing_but_a_yes_buys_and_nothing_is_guessed_for_it(chat, answer: str)
 def test_who_leaves_when_asked_is_asked_again(chat, leaving: str) -> None:
     _, rounds = chat(COCOA, "buy", "/goals", leaving, "yes")
     assert said(rounds) == [COCOA, "buy"]
-    with Store.open(None) as store:
-        (info,) = store.episodes()
+    info = only_episode()
     shown, rounds = chat("yes", resume=info.id)
     assert CONFIRM in shown
     assert rounds[-1].terminated

@@ -5,7 +5,7 @@ import io
 import pytest
 from rich.console import Console
 
-from commands import run
+from commands import only_episode, run
 from fakes import LampRoom, WordModel
 from goalscope.agent.settings import Settings
 from goalscope.base.types import Goal
@@ -89,8 +89,7 @@ def test_what_is_corrected_before_a_chat_is_left_is_there_when_it_goes_on(
 ) -> None:
     first = run("chat", *shop[:2], input="I need cocoa powder.\n/pin bake a cake\nquit\n")
     assert first.exit_code == 0, first.output
-    with Store.open(store_file) as store:
-        (info,) = store.episodes()
+    info = only_episode(store_file)
     said = (
         f'Corrected since the last round: it is "bake a cake". `goalscope chat --resume {info.id}`'
     )
