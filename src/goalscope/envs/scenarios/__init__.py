@@ -8,11 +8,11 @@ from __future__ import annotations
 
 import json
 import math
-from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cache
 from importlib.resources import files
+from itertools import chain
 from typing import Any, cast
 
 import numpy as np
@@ -67,19 +67,13 @@ class Nearest:
         ends = np.cumsum([len(each) for each in texts], dtype=int).tolist()
         wholes = [range(end - len(each), end) for each, end in zip(texts, ends, strict=True)]
         self._parts, self._whole = unit(sums), unit(group_sums(sums, wholes))
-        counts = [Counter(singulars(" ".join(each))) for each in texts]
-        sizes = np.array([each.total() for each in counts] or [1])
-        known = Counter(word for each in counts for word in each)
-        rarity = {
-            word: math.log(1 + (len(texts) - count + 0.5) / (count + 0.5))
-            for word, count in known.items()
-        }
-        norm = _FLAT * (1 - _LONG + _LONG * sizes / max(1.0, float(sizes.mean())))
-        self._weights: dict[str, dict[int, float]] = {}
-        for i, each in enumerate(counts):
-            for word, count in each.items():
-                weight = rarity[word] * count * (_FLAT + 1) / (count + norm[i])
-                self._weights.setdefault(word, {})[i] = float(weight)
+        words = [singulars(" ".join(each)) for each in texts]
+        sizes = np.array([len(each) for each in words], dtype=int)
+        self._ids = {word: id for id, word in enumerate(dict.fromkeys(chain(*words)))}
+        self._words = np.fromiter((self._ids[word] for word in chain(*words)), np.int32)
+        self._whose = np.repeat(np.arange(len(words)), sizes)
+        mean = sizes.sum() / max(1, len(sizes))
+        self._norm = _FLAT * (1 - _LONG + _LONG * sizes / max(1.0, mean))
 
     def __call__(self, text: str, most: int, *, without: str = "") -> list[Scenario]:
         """The `most` nearest scenarios, nearest first; not the one whose id is `without`."""
@@ -96,10 +90,14 @@ class Nearest:
 
     def _shared(self, text: str) -> npt.NDArray[np.float64]:
         """[N] words shared with a text, 1 for the most."""
-        found = np.zeros(len(self.scenarios))
-        for word in {*singulars(text)}:
-            for i, weight in self._weights.get(word, {}).items():
-                found[i] += weight
+        n = len(self.scenarios)
+        found = np.zeros(n)
+        for word in dict.fromkeys(singulars(text)):
+            if word in self._ids:
+                counts = np.bincount(self._whose[self._words == self._ids[word]], minlength=n)
+                holds = np.count_nonzero(counts)
+                rarity = math.log(1 + (n - holds + 0.5) / (holds + 0.5))
+                found += rarity * counts * (_FLAT + 1) / (counts + self._norm)
         return found / max(found.max(initial=0.0), 1e-9)
 
 
