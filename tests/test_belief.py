@@ -62,12 +62,6 @@ def test_what_is_no_goal_is_refused() -> None:
         Belief.uniform([UNSPECIFIED]).pin(none)
 
 
-def test_exact_duplicates_merge() -> None:
-    belief = Belief.uniform([Goal("a"), Goal("a"), UNSPECIFIED]).observe([-1.0, -2.0])
-    again = belief.add([Goal("a"), Goal("b"), Goal("b")], lambda new: [[-3.0] * len(new)])
-    assert again.goals == (Goal("a"), UNSPECIFIED, Goal("b"))
-
-
 def test_the_first_goal_of_a_belief_has_all_of_it() -> None:
     belief = Belief.uniform([]).add([Goal("a")], lambda new: np.zeros((0, len(new))))
     assert (belief.log_prior.tolist(), belief.probability.tolist()) == ([0.0], [1.0])

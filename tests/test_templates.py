@@ -253,16 +253,6 @@ def test_the_self_test_notices_words_within_a_thought(monkeypatch: pytest.Monkey
     assert found["scored words follow"].endswith(r"assistant\n<think>\n'")
 
 
-def test_the_check_shows_what_scored_words_follow() -> None:
-    model = LlamaCpp()
-    try:
-        found, problems = check(model)
-    finally:
-        model.close()
-    assert not [each for each in problems if "thought" in each]
-    assert found["scored words follow"].endswith(r"<|im_start|>assistant\n'")
-
-
 def test_an_empty_chat_is_the_header_of_a_reply() -> None:
     default = "{% if messages and messages[0].role != 'system' %}[default]{% endif %}"
     assert shown(default + CHATML, []) == "<|im_start|>assistant\n"

@@ -171,6 +171,8 @@ FIVE = [UNSPECIFIED, *(Goal(f"goal {n}") for n in range(4))]
 def test_a_copy_of_a_goal_is_that_goal(table, goal: Goal, calibration) -> None:
     belief = Belief(tuple(FIVE), np.zeros(5), np.array(table), calibration)
     assert belief.add([goal, goal], lambda new: pytest.fail("a copy was scored")) is belief
+    new = Goal("new")
+    assert belief.add([new, new], lambda _: belief.log_likelihood[:, :1]).goals == (*FIVE, new)
     merged = Belief.uniform([*FIVE, goal, *FIVE], calibration)
     assert merged.goals == belief.goals
     tracker = GoalTracker(WordModel(), goals=[each.text for each in [*FIVE[1:], goal]])
