@@ -20,8 +20,8 @@ from goalscope.models.served import Forced, PromptTokens, ServedGenerator, Serve
 from goalscope.models.server import Server
 from test_served import CONTEXTS, REPLIES, SCHEMA
 
-EXACT = 2e-4
-"""Most nats a token between engines with float32 weights, keys and values. Measured are 1.9e-4 for
+EXACT = 3e-4
+"""Most nats a token between engines with float32 weights, keys and values. Measured are 2.3e-4 for
 llama.cpp's own server, always to one side (it adds all probabilities up in float32), and 3e-5 for
 vLLM."""
 
