@@ -10,7 +10,7 @@ import pytest
 from commands import fails, run
 from goalscope import Agent, GoalscopeError, InvalidInputError
 from goalscope.agent.guards import CONFIRM
-from goalscope.agent.planner import undo
+from goalscope.agent.planner import replay
 from goalscope.agent.settings import Settings
 from goalscope.base.types import Action, StepResult
 from goalscope.envs import REQUIRED, Environment, Resolution
@@ -78,7 +78,7 @@ def test_a_step_without_a_result_is_named_by_all_that_take_it(garden: Environmen
     with pytest.raises(GoalscopeError, match=told):
         Agent(env, NamedModel(), method="no-goals").step("What else?", "add pond")
     with pytest.raises(GoalscopeError, match=told):
-        undo(env, [StepResult(Action("add", "pond"), True, "")])
+        replay(env, [StepResult(Action("add", "pond"), True, "")])
 
 
 def test_a_file_whose_environment_lacks_something_is_refused_before_it_runs(tmp_path: Path) -> None:

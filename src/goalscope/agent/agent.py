@@ -11,7 +11,7 @@ from typing import Literal, get_args
 from goalscope.agent.executor import Execution, Executor
 from goalscope.agent.guards import UNSURE
 from goalscope.agent.people import FALLBACK, OPENING, Human, ask, completes
-from goalscope.agent.planner import Outcome, Want, undo
+from goalscope.agent.planner import Outcome, Want, replay
 from goalscope.agent.round import Round, retracted
 from goalscope.agent.telling import done_in_words, notes_of
 from goalscope.agent.toolkit import Toolkit, toolkit_of
@@ -278,7 +278,7 @@ class Agent:
         Raises:
             GoalscopeError: The replay led to another state than the one that was stored.
         """
-        undo(self.env, [result for round in rounds for result in round.results])
+        replay(self.env, [result for round in rounds for result in round.results])
         last = rounds[-1] if rounds else None
         if last and (
             self.env.state().text != last.status
@@ -300,7 +300,7 @@ class Agent:
             yield
         except BaseException:
             self.tracker.restore(belief, turns)
-            undo(self.env, self._history)
+            replay(self.env, self._history)
             raise
 
     def _check_shown(self, fingerprint: str) -> None:
@@ -445,15 +445,21 @@ def _evidence_weight(reading: Reading, calibration: Calibration) -> float:
     return 1.0 if tells or not acting(reading.orders) else calibration.orders
 
 
-def run_episode(agent: Agent, human: Human, *, max_rounds: int = 20) -> Iterator[Round]:
+def run_episode(
+    agent: Agent,
+    human: Human,
+    *,
+    max_rounds: int = 20,
+    keep: Callable[[Round], None] | None = None,
+) -> Iterator[Round]:
     """Rounds until the task is complete, at most `max_rounds` in all (Algorithm 1).
 
-    Each round is yielded as soon as it is done; the caller stores it before the next begins.
+    `keep` is as for `Agent.step`.
     """
     while len(agent.rounds) < max_rounds and not (agent.rounds and agent.rounds[-1].terminated):
         query = agent.ask()
         utterance = human.reply(query, agent.turns, agent.env.state().text)
-        yield agent.step(query, utterance)
+        yield agent.step(query, utterance, keep=keep)
 
 
 def _silent(_: object) -> None:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
+from functools import partial
 
 from goalscope.agent.guards import (
     CONFIRM,
@@ -21,8 +22,6 @@ from goalscope.base.types import StepResult, Turn
 from goalscope.envs import Environment, Pick, Resolution, execute, is_irreversible, resolve
 from goalscope.language.dialogue_state import LIMITS, DialogueState
 from goalscope.language.orders import Order, Reading
-
-__all__ = ["NOTHING", "NOT_CONFIRMED", "NOT_HERE", "Execution", "Executor"]
 
 NOT_HERE = "I cannot undo anything here. Please say what is to change."
 """Note where the environment cannot undo."""
@@ -126,6 +125,9 @@ class Executor:
         env: Where to act.
         pick: Finds the thing that a phrase means.
         unsure: Margin of an order, in nats, below which it waits for a yes.
+
+    Attributes:
+        dialogue_state: `state_after`, for these verbs.
     """
 
     def __init__(self, env: Environment, pick: Pick, unsure: float) -> None:
@@ -134,6 +136,7 @@ class Executor:
         self._unsure = unsure
         self._verbs = {verb.name: verb for verb in env.verbs}
         self._takes_away = {verb.name for verb in env.verbs if verb.takes_away}
+        self.dialogue_state = partial(state_after, takes_away=self._takes_away)
 
     def execute(
         self, rounds: Sequence[Round], turn: Turn, reading: Reading, *, confirmed: bool
@@ -195,23 +198,6 @@ class Executor:
             if not result.ok:
                 break
         done.notes += [found.warning] if found.actions and found.warning else []
-
-    def dialogue_state(
-        self,
-        rounds: Sequence[Round],
-        reading: Reading | None = None,
-        *,
-        released: Sequence[Order] = (),
-        retracts: Sequence[int] = (),
-    ) -> DialogueState:
-        """See `state_after`."""
-        return state_after(
-            rounds,
-            reading,
-            released=released,
-            retracts=retracts,
-            takes_away=self._takes_away,
-        )
 
     def _released(
         self, rounds: Sequence[Round], turn: Turn, reading: Reading, confirmed: bool

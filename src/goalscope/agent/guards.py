@@ -13,9 +13,6 @@ from goalscope.base.text import plain
 from goalscope.language.dialogue_state import GRAVE
 from goalscope.language.orders import Order, Reading, orders_to_text
 
-__all__ = ["CONFIRM", "HARM", "SAY_YES", "UNSURE", "WARY", "Awaited"]
-__all__ += ["is_wary", "is_yes", "reason_to_wait", "speaks_of_harm", "whether"]
-
 Awaited = Literal["", "harm", "yes", "word"]
 """What a question waits for: nothing, who may come to harm, a yes, or the word "yes" itself."""
 

@@ -18,9 +18,6 @@ from goalscope.envs.scenarios import Scenario
 from goalscope.language.dialogue_state import DialogueState
 from goalscope.prompts import recent
 
-__all__ = ["Choice", "Guess", "NeedPlanner", "Outcome", "Planner", "Want"]
-__all__ += ["attempted", "called_for", "choose", "undo"]
-
 Array = npt.NDArray[np.float64]
 Flags = npt.NDArray[np.bool_]
 
@@ -335,14 +332,14 @@ def attempted(
         result = execute(env, action)
         if not result.ok:
             if results:
-                undo(env, history, start)
+                replay(env, history, start)
             return [], result
         results.append(result)
     return results, None
 
 
-def undo(env: Environment, history: Sequence[StepResult], expected: str | None = None) -> None:
-    """Restore `env` to where `history` left it: reset, and replay.
+def replay(env: Environment, history: Sequence[StepResult], expected: str | None = None) -> None:
+    """Reset `env` and replay `history`.
 
     Args:
         env: The environment.

@@ -43,7 +43,7 @@ class Settings(DomainSettings):
         calibration: Name or file of one; None for that of `Agent`.
         propose: See `Agent`, as for the next two.
         k: Number of goals to act on.
-        prompted: Toolkit that use the paper's prompts, whatever the model was taught.
+        prompted: Modules that use the paper's prompts, whatever the model was taught.
         seed: Seed of all random draws.
         rounds: Most rounds.
     """

@@ -58,7 +58,7 @@ def toolkit_of(model: Model, prompted: Collection[Module] = ()) -> Toolkit:
 
     Args:
         model: From `open_model`, or any that writes.
-        prompted: Toolkit that use the paper's prompts in any case.
+        prompted: Modules that use the paper's prompts in any case.
 
     Raises:
         InvalidInputError: The model does not write.

@@ -80,7 +80,7 @@ def own_identity() -> dict[str, str]:
     code = [
         file
         for file in files
-        if (file.suffix in (".py", ".csv", ".toml") or file.match("calibrations/*.json"))
+        if (file.suffix in (".py", ".csv", ".toml", ".jsonl") or file.match("calibrations/*.json"))
         and (
             file.parts[0] not in _WITHOUT_EFFECT
             or (file.parts[0] == "experiment" and file.name in _WITH_EFFECT)

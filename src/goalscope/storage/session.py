@@ -161,9 +161,9 @@ class Session:
         """Yield each new round as soon as it is on disk."""
         if self._human is None:
             raise ValueError("a person at the terminal needs a `read` function")
-        for round in run_episode(self.agent, self._human, max_rounds=self._settings.rounds):
-            self._keep(round)
-            yield round
+        yield from run_episode(
+            self.agent, self._human, max_rounds=self._settings.rounds, keep=self._keep
+        )
 
     def step(self, query: str, utterance: str, *, confirmed: str = "") -> Round:
         """See `Agent.step`; the round is on disk when it returns."""

@@ -109,7 +109,7 @@ class Trackers:
     Args:
         store: Keeps the sessions, as episodes of the domain `TRACKING`.
         model: Opens the model, or returns the one that is open.
-        defaults: Settings of new sessions: the model's, layout, end of turn, calibration, seed.
+        defaults: Settings of new sessions: the model's, layout, calibration, seed.
     """
 
     def __init__(

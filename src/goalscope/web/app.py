@@ -20,7 +20,7 @@ from pydantic import BaseModel
 from starlette.exceptions import HTTPException
 
 from goalscope.agent.agent import Method
-from goalscope.agent.planner import undo
+from goalscope.agent.planner import replay
 from goalscope.agent.round import Round
 from goalscope.agent.settings import Settings, settings_of
 from goalscope.base.text import model_shown
@@ -358,7 +358,7 @@ def room_picture(info: EpisodeInfo, rounds: Sequence[Round], *, width: int | Non
     if info.profile and not settings.scene:
         person = profile_named(settings, info.profile)
     with open_environment(settings, person) as env:
-        undo(env, [result for round in rounds[:-1] for result in round.results])
+        replay(env, [result for round in rounds[:-1] for result in round.results])
         before = domain.snapshot(env)
         for round in rounds[-1:]:
             for result in round.results:

@@ -25,7 +25,7 @@ from goalscope.base.types import (
 )
 from goalscope.belief.belief import Belief
 from goalscope.belief.explain import word_evidence
-from goalscope.belief.likelihood import DEFAULT_LAYOUT, RolePlay
+from goalscope.belief.likelihood import RolePlay
 from goalscope.belief.tracker import Correction
 from goalscope.envs import completion_phrase
 from goalscope.envs.registry import open_environment
@@ -196,21 +196,21 @@ class Conversation:
         return self._change(self._session.undo_correction)
 
     def words(self, goal: str, turn: int) -> Future[list[tuple[str, float]]]:
-        """See `why.word_evidence`.
+        """See `goalscope.belief.explain.word_evidence`.
 
         Raises:
             ConflictError: The agent is at work.
             InvalidInputError: There is no such goal or turn.
         """
         turns, belief = self._session.agent.turns[:turn], self._session.agent.belief
-        if not belief.inferred:
-            raise InvalidInputError("This method computes no evidence.")
+        likelihood = self._session.agent.tracker.likelihood
+        if not isinstance(likelihood, RolePlay):
+            raise InvalidInputError("This method computes no evidence of single words.")
         if Goal(goal) not in belief.goals or not 1 <= turn <= len(turns):
             raise InvalidInputError("There is no such goal or turn.")
-        roleplay = RolePlay(self._model, layout=DEFAULT_LAYOUT)
         self._claim("weighing words")
         return self._submit(
-            lambda: word_evidence(roleplay, self._env.task, belief, turns, Goal(goal))
+            lambda: word_evidence(likelihood, self._env.task, belief, turns, Goal(goal))
         )
 
     @contextmanager

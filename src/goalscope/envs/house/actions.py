@@ -40,7 +40,7 @@ _DEEP = frozenset({"Bowl", "Cup", "Mug"})
 """Vessels out of which nothing should stick."""
 
 _ONLY_ON_REQUEST = frozenset({"break", "dirty", "use up", "open", "close", "empty"})
-"""Acts that no goal is served by: they are done when the person asks for them."""
+"""Acts that serve no goal, and are done only when the person asks for them."""
 
 _Table = Mapping[str, Mapping[str, Any]]
 

@@ -365,5 +365,5 @@ def start_thor(scene: str, unity: str | None = None) -> Controller:
         reason = f"{type(error).__name__}: {' '.join(str(error).split())[:300]}"
         raise GoalscopeError(
             f"AI2-THOR does not start ({reason}). Its log is ~/.ai2thor/log/unity.log. "
-            "Without a build, `--simulator house` will do."
+            "Without a build, `--simulator embedded` needs none."
         ) from error
