@@ -101,4 +101,4 @@ def test_dialogues_are_inferred_by_a_likelihood_of_ones_own(tmp_path, words, min
 def test_what_takes_more_than_a_model_is_refused(shop, words, mine, tmp_path):
     (tmp_path / "mine.py").write_text(f"\ndef make(model, heat):\n    return 1\n{OWN}")
     told = fails(2, "run", "--profile", "baker", *shop, "--likelihood", f"{mine[:-4]}make")
-    assert "make is called with the model alone (missing a required argument: 'heat')." in told
+    assert "make must take one argument, the model (missing a required argument: 'heat')" in told

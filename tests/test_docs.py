@@ -51,6 +51,7 @@ READERS: dict[str, Callable[[Path], Any]] = {
     "dialogues.jsonl": lambda file: read_cases(file, labelled=False),
     "experiment.toml": read_experiment,
     "mine.toml": read_experiment,
+    "overlap.toml": read_experiment,
     "own.jsonl": read_cases,
     "people.toml": grocery.load_profiles,
     "questions.jsonl": lambda file: import_module(

@@ -117,7 +117,10 @@ def own_likelihood(name: str, model: LikelihoodModel) -> Likelihood:
     file, _, function = name.rpartition(":")
     make: Callable[[LikelihoodModel], Likelihood] = getattr(OWN.module(file), function)
     if wrong := misfit(make, model):
-        raise InvalidInputError(f"{name} is called with the model alone ({wrong}).")
+        raise InvalidInputError(
+            f"{name} must take one argument, the model ({wrong}), such as `def __init__(self, "
+            "model)` of a class."
+        )
     found = make(model)
     if wrong := unusable(found):
         raise InvalidInputError(f"{name} must return a likelihood: {wrong}.")
