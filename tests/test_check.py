@@ -118,6 +118,19 @@ def test_a_planted_defect_of_the_shops_guesses_is_found(
         check_env(wrong(CATALOGUE, search=SEARCH), most=8)
 
 
+def test_a_guess_that_ignores_a_ban_in_lower_case_is_found() -> None:
+    class Wrong(GroceryShop):
+        def offers(self, text, limit):
+            return [name.title() for name in super().offers(text, limit)]
+
+        def actions(self, name, dialogue):
+            is_ruled_out = any(limit.what in name for limit in dialogue.limits)
+            return [] if is_ruled_out else super().actions(name.lower(), DialogueState())
+
+    with pytest.raises(GoalscopeError, match="must leave out what the person ruled out"):
+        check_env(Wrong(CATALOGUE, search=SEARCH), most=8)
+
+
 @pytest.mark.parametrize(
     ("right", "wrong", "told"),
     [

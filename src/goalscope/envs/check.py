@@ -5,6 +5,7 @@ from __future__ import annotations
 import traceback
 from collections.abc import Sequence
 from difflib import get_close_matches
+from itertools import product
 from pathlib import Path
 from typing import Any, cast
 
@@ -262,8 +263,8 @@ class _Trial:
         ways: list[list[Action]] = []
         guesses = {name: found for name in self.names if (found := self.guesses(name))}
         for name, found in guesses.items():
-            for why in ("", "allergy"):
-                ruled = self.guesses(name, Order("avoid", name, why=why))
+            for words, why in product((name, name.casefold()), ("", "allergy")):
+                ruled = self.guesses(name, Order("avoid", words, why=why))
                 _hold(not ruled, f"`actions` must leave out what the person ruled out: {ruled}")
             guesses[name] = [each for each in found if not is_irreversible(self.env, each)]
         useful = not guesses or any(guesses.values())
