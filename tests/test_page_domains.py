@@ -120,7 +120,7 @@ def test_a_domain_of_ones_own_is_talked_in_and_an_episode_goes_on(
 
 
 def begin_at_home(page: Page) -> None:
-    page.get_by_text("A robot in a home", exact=True).click()
+    page.locator("strong", has_text="A robot in a home").click()
     begin(page)
     if (page.viewport_size or {})["width"] < 896:
         page.locator(".strip").click()
