@@ -151,9 +151,9 @@ class _Trial:
 
     def take(self, action: Action) -> StepResult:
         """Take an action that the environment gave: both say the same of whether it lasts."""
-        lasting, result = is_irreversible(self.env, action), self.step(action)
-        both = f"the action says {lasting} and its result irreversible={result.irreversible}"
-        agreed = not result.ok or lasting == result.irreversible
+        declared, result = is_irreversible(self.env, action), self.step(action)
+        both = f"the action says {declared} and its result irreversible={result.irreversible}"
+        agreed = not result.ok or declared == result.irreversible
         _hold(agreed, f"whether something cannot be undone: {both}; they must agree: {action}")
         return result
 
@@ -337,8 +337,8 @@ class _Trial:
     def _follow(self, order: Order) -> list[StepResult]:
         """Do one order; the results of what succeeded."""
         verb, found = self.verbs[order.do], self.resolve(order)
-        lasting = any(is_irreversible(self.env, action) for action in found.actions)
-        agreed = lasting or not (verb.irreversible and found.actions)
+        declared = any(is_irreversible(self.env, action) for action in found.actions)
+        agreed = declared or not (verb.irreversible and found.actions)
         _hold(agreed, f"{verb.name!r} is irreversible, but its actions are not: {found.actions}")
         done: list[StepResult] = []
         for action in found.actions:
