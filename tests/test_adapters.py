@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from contextlib import closing
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -197,7 +198,8 @@ def test_only_what_people_say_is_scored_with_it(mine: Path, model: LlamaCpp) -> 
     assert (writer.adapter, scorer.adapter) == (None, mine / "adapter.gguf")
     chat = [Message("user", "Name three things to eat for breakfast.")]
     text = both.generate(chat, max_tokens=20).text
-    assert text == model.generate(chat, max_tokens=20).text
+    with closing(open_model(adapter="none")) as plain:  # as cold: what is cached moves a rounding
+        assert text == plain.generate(chat, max_tokens=20).text
     usual = sums(model, CONTEXTS, REPLIES)
     assert np.abs(sums(both.speaker, CONTEXTS, REPLIES) - usual).max() > 0.5
     assert RolePlay(both).model is both.speaker

@@ -114,6 +114,7 @@ def test_a_domain_of_ones_own_is_talked_in_and_an_episode_goes_on(
 
         page.goto(f"{address}#/episodes")
         page.get_by_role("link", name="Continue").last.click()
+        rounds(page, 1)
         say(page, "add herbs")
         rounds(page, 2)
         expect(state).to_contain_text("In the garden: herbs, pond, walnut tree.")
