@@ -14,6 +14,7 @@ from goalscope.envs import Checks, Environment, Pick, Proactive, Resolution, Sta
 from goalscope.language.dialogue_state import DialogueState
 from goalscope.language.orders import Order, Verb
 from goalscope.models import Completion
+from goalscope.models.trace import traced
 
 GOALS = "Name what a person"
 NEEDS = "Tell what an aim calls for"
@@ -80,6 +81,7 @@ class WordModel:
     def speaker(self) -> "WordModel":
         return self
 
+    @traced
     def token_logprobs(
         self,
         contexts: Sequence[Sequence[Message]],
@@ -106,6 +108,7 @@ class WordModel:
     def count_tokens(self, messages: Sequence[Message]) -> int:
         return sum(len(words(message.content)) + 2 for message in messages)
 
+    @traced
     def generate(self, messages: Sequence[Message], **settings) -> Completion:
         prompt = " ".join(message.content for message in messages)
         text = next((reply for mark, reply in self.replies.items() if mark in prompt), "")

@@ -22,10 +22,11 @@ from goalscope.base.types import (
 from goalscope.language.dialogue_state import DialogueState
 from goalscope.language.orders import Order
 from goalscope.models import Completion
+from goalscope.models.trace import traced
 
 FREE = DialogueState()
 TURNS = said("It is dark, and I want to read.")
-READ = Want("read", 1.0)
+READ = Want("read", 0.7)
 BROKEN = (
     "I'm sorry, but I can't help you with that.",
     "",
@@ -55,6 +56,7 @@ class Answers(WordModel):
         self.answers = {key: iter(each) for key, each in answers.items()}
         self.asked: list[tuple[str, str]] = []
 
+    @traced
     def generate(self, messages, **settings) -> Completion:
         if "schema" not in settings:
             return super().generate(messages, **settings)
@@ -154,7 +156,7 @@ def act(
 def test_the_plan_is_made_of_what_can_be_done_and_what_the_person_may_want() -> None:
     _, model = act(LampRoom(["lamp", "fan", "light"]), [[1]])
     assert "2. switch on: fan" in model.prompts("plan")[0]
-    assert "read (100%)" in model.prompts("plan")[0]
+    assert "- read (70%)" in model.prompts("plan")[0]
 
 
 NO_NUMBERS = [[], [0], [-1], [4, 99, 10**30], ["lamp"], [None], [[1]], [1.5], [True], [{"n": 1}]]

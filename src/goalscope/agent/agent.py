@@ -3,18 +3,18 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Generator, Iterator, Sequence
-from contextlib import contextmanager
+from contextlib import AbstractContextManager, contextmanager
 from dataclasses import replace
 from functools import partial
 from typing import Literal, get_args
 
 from goalscope.agent.executor import Execution, Executor
 from goalscope.agent.guards import UNSURE
-from goalscope.agent.people import FALLBACK, OPENING, Human, ask, completes
+from goalscope.agent.people import FALLBACK, OPENING, Human, ask, completes, question_of
 from goalscope.agent.planner import Outcome, Want, replay
 from goalscope.agent.round import Round, retracted
 from goalscope.agent.telling import done_in_words, notes_of
-from goalscope.agent.toolkit import Toolkit, toolkit_of
+from goalscope.agent.toolkit import MODULES, Toolkit, toolkit_of
 from goalscope.agent.writer import Recalling, Writer
 from goalscope.base.types import (
     UNSPECIFIED,
@@ -31,21 +31,25 @@ from goalscope.base.types import (
     pluralize,
 )
 from goalscope.belief.belief import Belief
-from goalscope.belief.calibration import DEFAULT, Calibration
+from goalscope.belief.calibration import DEFAULT, PAPER, Calibration
 from goalscope.belief.explain import in_words
 from goalscope.belief.goal_manager import UNEXPLAINED, GoalManager, Trigger
 from goalscope.belief.goal_order import GoalOrder, Tracker
-from goalscope.belief.likelihood import Likelihood, RolePlay
+from goalscope.belief.likelihood import DEFAULT_LAYOUT, Layout, Likelihood, RolePlay
 from goalscope.belief.tracker import Correction, GoalTracker
 from goalscope.envs import Environment, Pick, completion_phrase, scenarios_like
 from goalscope.language.dialogue_state import acting
 from goalscope.language.matcher import Matcher
 from goalscope.language.orders import TELLING, Order, Reading, examples_of, is_aside
 from goalscope.language.reader import Reader, ReadExample, reader_of
-from goalscope.models import Model
+from goalscope.models import Model, Roles
+from goalscope.models.trace import during, note
 
 Method = Literal["good", "no-goals", "no-inference"]
 """The paper's agent and its ablations (Sec. 4.3); see `Agent`."""
+
+Preset = Literal["paper"]
+"""A choice of all that differs from the paper; see `Agent`."""
 
 K = 3
 """Number of goals that an agent acts on (k in Algorithm 1; the paper gives no figure)."""
@@ -69,10 +73,15 @@ class Agent:
         reader: Turns utterances into readings; by default the model's own (see `reader_of`).
         pick: Finds the thing that a phrase means; by default a `Matcher`.
         method: "good", or an ablation of Sec. 4.3: "no-goals" acts on the transcript alone,
-            "no-inference" asks the model which goal is likeliest.
+            "no-inference" on the goal that the model names as the likeliest.
+        preset: "paper" for Algorithm 1 as it stands: nothing is read and no order carried out, so
+            that goals alone lead to actions, and to none while Unspecified leads. Unless given, the
+            trigger, the calibration, the likelihood's prompt (without an adapter) and all modules
+            are the paper's, too.
         k: Number of likeliest goals to act on and to ask about.
         patience: See `GoalManager`.
-        propose: See `GoalManager`; "no-inference" always proposes as in the paper.
+        propose: See `GoalManager`; None for its default. "no-inference" always proposes as in the
+            paper.
         likelihood: Evidence of a turn, for "good"; by default the role-play likelihood of `model`.
         calibration: Turns evidence into probabilities; None for `DEFAULT`. (A calibration on given
             goals is too unsure of goals that the agent proposes itself; see docs/log.md.)
@@ -81,6 +90,9 @@ class Agent:
         progress: Called with what the agent does next, before each part of a round.
         understood: Called before the agent acts, with the round so far: the reading, the belief,
             and the goals that came and went.
+
+    Attributes:
+        episode: The episode's name in a trace.
 
     Raises:
         InvalidInputError: There is no such method, or `k` is below 1.
@@ -94,9 +106,10 @@ class Agent:
         reader: Reader | None = None,
         pick: Pick | None = None,
         method: Method = "good",
+        preset: Preset | None = None,
         k: int = K,
         patience: int = 3,
-        propose: Trigger = UNEXPLAINED,
+        propose: Trigger | None = None,
         likelihood: Likelihood | None = None,
         calibration: Calibration | None = None,
         toolkit: Toolkit | None = None,
@@ -106,9 +119,11 @@ class Agent:
     ) -> None:
         self.env = env
         self.model = model
+        self.episode = ""
         if not (hasattr(k, "__index__") and k >= 1):
             raise InvalidInputError(f"k must be a whole number, 1 or more, not {k!r}")
-        self.k = k
+        is_paper = self._is_paper = _is_paper(preset)
+        self.k = k if method == "good" else 1
         self.reader = reader or reader_of(
             model, env.verbs, task=env.task, examples=examples_of(env.verbs)
         )
@@ -116,7 +131,9 @@ class Agent:
         self._executor = Executor(env, self._pick, unsure)
         self._progress = progress or _silent
         self._understood = understood or _silent
-        self.toolkit = toolkit or toolkit_of(model)
+        self.toolkit = toolkit or toolkit_of(
+            model, MODULES if is_paper else (), guarded=not is_paper
+        )
         proposer = self.toolkit.proposer
         self.goal_manager = GoalManager(
             Recalling(proposer, partial(scenarios_like, env))
@@ -125,7 +142,9 @@ class Agent:
             model,
             env.task,
             remover=self.toolkit.remover,
-            propose="paper" if method == "no-inference" else propose,
+            propose="paper"
+            if method == "no-inference"
+            else (propose if propose is not None else "paper" if is_paper else UNEXPLAINED),
             patience=patience,
         )
         self.rounds: list[Round] = []
@@ -144,8 +163,8 @@ class Agent:
         if method == "good":
             return GoalTracker(
                 task=self.env.task,
-                likelihood=likelihood or RolePlay(self.model),
-                calibration=calibration or DEFAULT,
+                likelihood=likelihood or role_play(self.model, paper=self._is_paper),
+                calibration=calibration or (PAPER if self._is_paper else DEFAULT),
             )
         goals = () if method == "no-goals" else (UNSPECIFIED,)
         return GoalOrder(self.model, self.env.task, goals)
@@ -167,10 +186,19 @@ class Agent:
         like.
         """
         self._progress("asking")
-        if not self.rounds:
-            return OPENING
-        question = self.rounds[-1].question or self._question()
-        return "\n".join([*self._answers(), question])
+        with self.traced(module="query"):
+            if self._is_paper:
+                asker, status = self.toolkit.asker, self.env.state().text
+                question = question_of(asker.question(self.env.task, self.turns, status, ()))
+                return question or (FALLBACK if self.rounds else OPENING)
+            if not self.rounds:
+                return OPENING
+            question = self.rounds[-1].question or self._question()
+            return "\n".join([*self._answers(), question])
+
+    def traced(self, module: str = "") -> AbstractContextManager[None]:
+        """Name the episode, the round and perhaps the module in a trace."""
+        return during(episode=self.episode, round=len(self.rounds) + 1, module=module)
 
     def _question(self) -> str:
         last = self.rounds[-1].reading
@@ -224,17 +252,22 @@ class Agent:
         """
         turn = Turn(query, checked_text(utterance, "utterance"))
         self._check_shown(confirmed)
-        with self._all_or_nothing():
+        with self._all_or_nothing(), self.traced():
             reading, unread = self._read(turn)
             self._observe(turn, reading)  # Inference Module: Eq. 1 and 2
             changes, unexplained = self._manage(reading)  # Goal Management Module, Sec. 3.2
             begun = Round(len(self.rounds) + 1, turn, self.belief, changes, reading=reading)
             self._understood(begun)
-            done = self._executor.execute(self.rounds, turn, reading, confirmed=bool(confirmed))
+            done = (
+                self._executor.execute(self.rounds, turn, reading, confirmed=bool(confirmed))
+                if reading
+                else Execution(turn, Reading(()))
+            )
             plan = self._act(turn, reading, done)  # Action Module, Sec. 3.3
             round = self._ended(begun, done, plan, unread + unexplained)
             if keep:
                 keep(round)
+            _trace_round(round)
         self.rounds.append(round)
         self._corrections, self._uncorrected = [], []
         return round
@@ -314,12 +347,17 @@ class Agent:
     def _history(self) -> list[StepResult]:
         return [result for round in self.rounds for result in round.results]
 
-    def _read(self, turn: Turn) -> tuple[Reading, list[str]]:
+    @during(module="read")
+    def _read(self, turn: Turn) -> tuple[Reading | None, list[str]]:
         """The reading of a turn; where the model wrote none, an empty one and a note that says so.
+
+        By the paper's preset nothing is read.
 
         The phrase that ends the task is no answer to the question before it. Said alone, it is
         the order to end the task, as the environment declares, however the model reads it.
         """
+        if self._is_paper:
+            return None, []
         self._progress("reading")
         before = [
             ReadExample(_question_of(each.turn), each.turn.utterance, each.reading.orders)
@@ -342,14 +380,14 @@ class Agent:
             return Reading((Order(ends[0]),)), []
         return reading, unread
 
-    def _observe(self, turn: Turn, reading: Reading) -> None:
+    def _observe(self, turn: Turn, reading: Reading | None) -> None:
         """Update the belief (Eq. 1)."""
         if self.belief.goals:
             self._progress(f"scoring {pluralize(len(self.belief.goals), 'goal')}")
-        weight = _evidence_weight(reading, self.belief.calibration)
+        weight = _evidence_weight(reading, self.belief.calibration) if reading else 1.0
         self.tracker.observe(turn.query, turn.utterance, weight=weight)
 
-    def _manage(self, reading: Reading) -> tuple[tuple[GoalChange, ...], list[str]]:
+    def _manage(self, reading: Reading | None) -> tuple[tuple[GoalChange, ...], list[str]]:
         """Propose and remove goals (Sec. 3.2).
 
         Returns:
@@ -368,15 +406,10 @@ class Agent:
             return corrections, [f"The goals stay as they are. {error}"]
         return (*corrections, *changes), [NO_GOAL] if unexplained else []
 
-    def _act(self, turn: Turn, reading: Reading, done: Execution) -> Outcome:
-        """Act on the top k goals where an aim was told; the planner weighs the rest by the words.
-
-        Nothing is done unasked after words of harm, after a question that tells no aim, or once the
-        task has ended.
-        """
-        is_question = turn.utterance.rstrip().endswith(_QUESTION_MARKS)
-        has_aim = reading.tells("aim") if is_question else self._has_aim(reading)
-        if not has_aim or done.wary or done.ended:
+    @during(module="plan")
+    def _act(self, turn: Turn, reading: Reading | None, done: Execution) -> Outcome:
+        """Act on the top k goals; the planner weighs the rest by the words."""
+        if not (self._may_act(turn, reading, done) if reading else self._knows_goal):
             return Outcome()
         self._progress("planning")
         gone = retracted(self.rounds)
@@ -389,14 +422,31 @@ class Agent:
             done.notes.append(f"No plan was made. {error}")
             return Outcome()
 
+    @property
+    def _knows_goal(self) -> bool:
+        """Whether Algorithm 1 acts: not while Unspecified leads. Without goals it always does."""
+        return not self.belief.goals or self.belief.top(1)[0][0] != UNSPECIFIED
+
+    def _may_act(self, turn: Turn, reading: Reading, done: Execution) -> bool:
+        """Whether something may be done unasked.
+
+        Nothing is, after words of harm, after a question that tells no aim, or once the task has
+        ended.
+        """
+        is_question = turn.utterance.rstrip().endswith(_QUESTION_MARKS)
+        has_aim = reading.tells("aim") if is_question else self._has_aim(reading)
+        return has_aim and not done.wary and not done.ended
+
     def _has_aim(self, reading: Reading) -> bool:
         """Whether to act for a goal: an aim was told, or a goal explains words that ask nothing."""
         return reading.tells("aim") or (reading.only_tells and bool(self._top_goals))
 
     @property
     def _top_goals(self) -> list[tuple[Goal, float]]:
-        """The top k goals with their probabilities, without "Unspecified"."""
-        return [each for each in self.belief.top() if each[0] != UNSPECIFIED][: self.k]
+        """The top k goals with their probabilities, without "Unspecified"; 1 for a named goal."""
+        found = [each for each in self.belief.top() if each[0] != UNSPECIFIED][: self.k]
+        named = isinstance(self.tracker, GoalOrder)
+        return [(goal, 1.0 if named else probability) for goal, probability in found]
 
     def _ended(
         self, begun: Round, done: Execution, outcome: Outcome, notes: Sequence[str]
@@ -420,7 +470,9 @@ class Agent:
             retracts=done.retracts,
             reversals=done.reversals,
             state=self.env.state().fingerprint,
-            terminated=done.ended or any(result.terminated for result in outcome.results),
+            terminated=done.ended
+            or any(result.terminated for result in outcome.results)
+            or (self._is_paper and completes(self.env, begun.turn.utterance)),
         )
 
     def _why(self, done: Execution) -> list[str]:
@@ -435,6 +487,39 @@ def _question_of(turn: Turn) -> str:
     """The question that the words answer; "" where they were free to say anything."""
     question = turn.query.splitlines()[-1] if turn.query.strip() else ""
     return "" if question in (OPENING, FALLBACK) else question
+
+
+def _trace_round(round: Round) -> None:
+    """Add what a round came to, if there is a trace."""
+    note(
+        "round",
+        query=round.turn.query,
+        utterance=round.turn.utterance,
+        belief={goal.text: probability for goal, probability in round.belief.top()},
+        changes=[f"{each.kind}: {each.goal} ({each.reason})" for each in round.changes],
+        actions=[str(each.action) for each in round.results],
+        status=round.status,
+        notes=round.notes,
+    )
+
+
+def _is_paper(preset: str | None) -> bool:
+    """Whether the preset is the paper's.
+
+    Raises:
+        InvalidInputError: There is no such preset.
+    """
+    if preset not in (None, "paper"):
+        raise InvalidInputError(f'preset must be "paper" or None, not {preset!r}')
+    return preset == "paper"
+
+
+def role_play(model: Model, layout: Layout | None = None, *, paper: bool = False) -> RolePlay:
+    """The role-play likelihood; the paper's has its goal first, and no adapter."""
+    if paper:
+        scorer = model.scorer if isinstance(model, Roles) else model
+        return RolePlay(scorer, layout=layout or "goal-first")
+    return RolePlay(model, layout=layout or DEFAULT_LAYOUT)
 
 
 def _evidence_weight(reading: Reading, calibration: Calibration) -> float:
@@ -458,7 +543,8 @@ def run_episode(
     """
     while len(agent.rounds) < max_rounds and not (agent.rounds and agent.rounds[-1].terminated):
         query = agent.ask()
-        utterance = human.reply(query, agent.turns, agent.env.state().text)
+        with agent.traced(module="human"):
+            utterance = human.reply(query, agent.turns, agent.env.state().text)
         yield agent.step(query, utterance, keep=keep)
 
 

@@ -186,11 +186,12 @@ class SimulatedHuman:
         ended = bool(turns) and completes(self.env, turns[-1].utterance)
         if consent := consents(query, self.env, done=ended):
             return consent
-        past = recent(self.model, turns, 8)
+        past = recent(self.model, turns, 20)
         *before, last = _with_status(
             self.model,
             "human",
             status,
+            task=self.env.task,
             description=" ".join(self.profile.description.split()),
             habit=self.habit,
             completion_phrase=completion_phrase(self.env),

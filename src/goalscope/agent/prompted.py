@@ -7,6 +7,7 @@ beyond the limits are dropped.
 from __future__ import annotations
 
 import json
+import re
 from collections.abc import Mapping, Sequence
 from typing import Any, cast
 
@@ -22,17 +23,21 @@ from goalscope.base.types import (
     UnreadableAnswerError,
     canonical,
 )
-from goalscope.envs import Environment, Proactive, is_irreversible
+from goalscope.envs import SEARCH, Environment, Proactive, is_irreversible
 from goalscope.language.dialogue_state import DialogueState
 from goalscope.models import Generator
+from goalscope.models.trace import during
 from goalscope.prompts import recent, render
 
-_TURNS = 8
+_TURNS = 20  # as many as an episode of the paper has
 _GOALS = 5  # of one list
 _TERMS = 12
 _POSSIBLE = 60  # actions that a plan is made from
 _LONGEST = 120  # characters of what is written
 _TOKENS = 400
+
+_BEFORE_GOAL = re.compile(r"(the )?(human|person|user) wants( to\b)? ?", re.IGNORECASE)
+"""What the prompt puts before each goal, and some models repeat."""
 
 
 class PromptedWriter:
@@ -57,7 +62,10 @@ class PromptedWriter:
             UnreadableAnswerError: The model wrote no list.
         """
         shown = recent(self.model, turns, _TURNS)
-        return self.listed("goals", _GOALS, "prompt_goals", task=task, turns=shown, goals=held)
+        told = {"task": task, "turns": shown, "goals": held}
+        lines = self.listed("goals", _GOALS, "prompt_goals", **told)
+        bare = {_BEFORE_GOAL.sub("", line): None for line in lines}
+        return [goal for goal in bare if goal]
 
     def unfit(self, task: str, turns: Sequence[Turn], goals: Sequence[Goal]) -> list[GoalChange]:
         """Goals to remove: improbable, unsafe, or irrelevant to the task.
@@ -154,11 +162,14 @@ class PromptedPlanner:
     Args:
         writer: Prompts the model.
         replans: Largest number of plans after the first in one round.
+        guarded: Whether what the person ruled out, and what cannot be undone, is left to their
+            orders. Without orders, as in the paper, a plan is made of all that is possible.
     """
 
-    def __init__(self, writer: PromptedWriter, *, replans: int = 2) -> None:
+    def __init__(self, writer: PromptedWriter, *, replans: int = 2, guarded: bool = True) -> None:
         self.writer = writer
         self.replans = replans
+        self.guarded = guarded
 
     def act(
         self,
@@ -176,16 +187,17 @@ class PromptedPlanner:
         told: dict[str, Any] = {"task": env.task, "turns": shown, "goals": goals}
         impossible: dict[Action, StepResult] = {}
         guessed_for = goals[0].text if goals else ""
-        terms = self.writer.listed(
-            "relevant", _TERMS, "prompt_relevant", **told, things=env.offers("", _POSSIBLE)
-        )
+        with during(module="relevant"):
+            terms = self.writer.listed(
+                "relevant", _TERMS, "prompt_relevant", **told, things=env.offers("", _POSSIBLE)
+            )
         for replans in range(self.replans + 1):
-            found = (action for term in terms for action in env.actions(term, dialogue))
-            possible = [
-                action
-                for action in dict.fromkeys(found)
-                if action not in impossible and not is_irreversible(env, action)
-            ][:_POSSIBLE]
+            if self.guarded:
+                offered = [action for term in terms for action in env.actions(term, dialogue)]
+                found = [action for action in offered if not is_irreversible(env, action)]
+            else:
+                found = env.possible(terms)
+            possible = [each for each in dict.fromkeys(found) if each not in impossible][:_POSSIBLE]
             if not possible:
                 break
             prompt = render(
@@ -198,7 +210,8 @@ class PromptedPlanner:
             plan = [*once.values()]
             done, problem = attempted(env, plan, history)
             if problem is None:
-                guesses = [Guess(action.target, guessed_for) for action in plan]
+                changes = (each for each in plan if each.name != SEARCH)
+                guesses = [Guess(each.target, guessed_for) for each in changes]
                 failed = tuple(impossible.values())
                 return Outcome(tuple(done), failed, (), tuple(guesses), replans)
             impossible[problem.action] = problem

@@ -7,16 +7,14 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any, Literal
 
-from goalscope.agent.agent import K, Method
+from goalscope.agent.agent import K, Method, Preset, role_play
 from goalscope.agent.people import Habit
-from goalscope.agent.toolkit import Module, Toolkit, toolkit_of
+from goalscope.agent.toolkit import MODULES, Module, Toolkit, toolkit_of
 from goalscope.base.types import TRACKING, InvalidInputError
-from goalscope.belief.goal_manager import UNEXPLAINED, Trigger
+from goalscope.belief.goal_manager import Trigger
 from goalscope.belief.likelihood import (
-    DEFAULT_LAYOUT,
     Layout,
     Likelihood,
-    RolePlay,
     calibration_of,
     misfit,
     unusable,
@@ -32,7 +30,8 @@ class Settings(DomainSettings):
     Attributes:
         human: "you" at the terminal, or a person with a profile: "scripted", "simulated", or
             simulated with a `Habit`.
-        method: See `Agent`.
+        method: See `Agent`, as for the next.
+        preset: "paper", or None.
         model: See `open_model`, as for the next four; None for the embedded model.
         generator: Writes, if not `model`.
         scorer: Scores, if not `model`.
@@ -40,7 +39,7 @@ class Settings(DomainSettings):
         adapter: For the model that scores; None for the one that comes with the embedded model.
         likelihood: A likelihood of one's own (see `load_likelihood`); None for the role-play one.
         layout: Where the role-play prompt states the goal; None for the default place.
-        calibration: Name or file of one; None for that of `Agent`.
+        calibration: Name or file of one; None for that of `Agent`, as for `propose`.
         propose: See `Agent`, as for the next two.
         k: Number of goals to act on.
         prompted: Modules that use the paper's prompts, whatever the model was taught.
@@ -50,6 +49,7 @@ class Settings(DomainSettings):
 
     human: Literal["you", "scripted", "simulated"] | Habit = "you"
     method: Method = "good"
+    preset: Preset | None = None
     model: str | None = None
     generator: str | None = None
     scorer: str | None = None
@@ -58,7 +58,7 @@ class Settings(DomainSettings):
     likelihood: str | None = None
     layout: Layout | None = None
     calibration: str | None = None
-    propose: Trigger = UNEXPLAINED
+    propose: Trigger | None = None
     k: int = K
     prompted: tuple[Module, ...] = ()
     seed: int = 0
@@ -96,16 +96,18 @@ def load_likelihood(name: str) -> str:
 
 def toolkit_for(settings: Settings, model: Model) -> Toolkit:
     """The modules that propose, remove, plan and ask in the domain."""
-    found = toolkit_of(model, settings.prompted)
+    is_paper = settings.preset == "paper"
+    found = toolkit_of(model, MODULES if is_paper else settings.prompted, guarded=not is_paper)
     open_planner = domain_named(settings.domain).open_planner
     return replace(found, planner=open_planner(model, settings.seed)) if open_planner else found
 
 
-def likelihood_for(settings: Settings, model: LikelihoodModel) -> Likelihood:
+def likelihood_for(settings: Settings, model: Model) -> Likelihood:
     """The likelihood of an episode."""
     if settings.likelihood:
         return own_likelihood(settings.likelihood, model)
-    return RolePlay(model, layout=settings.layout or DEFAULT_LAYOUT)
+    is_paper = settings.preset == "paper" and settings.adapter is None
+    return role_play(model, settings.layout, paper=is_paper)
 
 
 def own_likelihood(name: str, model: LikelihoodModel) -> Likelihood:

@@ -53,19 +53,20 @@ class Toolkit:
     asker: Asker
 
 
-def toolkit_of(model: Model, prompted: Collection[Module] = ()) -> Toolkit:
+def toolkit_of(model: Model, prompted: Collection[Module] = (), *, guarded: bool = True) -> Toolkit:
     """The modules of a model: those that it was taught, or else the paper's prompts.
 
     Args:
         model: From `open_model`, or any that writes.
         prompted: Modules that use the paper's prompts in any case.
+        guarded: See `PromptedPlanner`.
 
     Raises:
         InvalidInputError: The model does not write.
     """
     by_prompt = PromptedWriter(model)
     writer = Writer(model.writer) if isinstance(model, Roles) and model.writer else None
-    planner = PromptedPlanner(by_prompt)
+    planner = PromptedPlanner(by_prompt, guarded=guarded)
     return Toolkit(
         proposer=writer if writer and "propose" not in prompted else by_prompt,
         remover=by_prompt if "remove" in prompted else None,

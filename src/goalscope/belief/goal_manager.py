@@ -24,6 +24,7 @@ from goalscope.language.dialogue_state import acting
 from goalscope.language.orders import Reading
 from goalscope.models import Array, LikelihoodModel
 from goalscope.models.scoring import logprobs_of
+from goalscope.models.trace import during
 from goalscope.prompts import render
 
 Trigger = float | Literal["paper"]
@@ -124,10 +125,10 @@ class GoalManager:
         task: The agent's task.
         remover: Removes goals by a prompt instead.
         propose: Goals are proposed if, by the turns since the newest goals, Unspecified is likelier
-            than this; with "paper", if it is the likeliest.
+            than this; with "paper", if it is the likeliest, and all that are proposed are added.
         patience: A goal is removed after being the least likely for more than this many rounds (n
             in the paper), if it has 5 % or less and two others are left. With "paper" the rounds
-            alone count.
+            alone count, a goal that was removed may be proposed again, and all may be removed.
     """
 
     def __init__(
@@ -211,6 +212,7 @@ class GoalManager:
             tracker.drop(change.goal for change in removed)
         return changes + removed, unexplained and not (reading and acting(reading.orders))
 
+    @during(module="propose")
     def added(
         self,
         likelihood: Likelihood | None,
@@ -227,6 +229,9 @@ class GoalManager:
             changes: All earlier changes. A goal that was removed as the least likely is a candidate
                 again; one whose removal was `final` is not.
         """
+        if self.propose == "paper":
+            known = [*belief.goals, *belief.ruled_out]
+            return propose(self.proposer, None, self.task, turns, known, keep=None)
         removed = [change for change in changes if change.kind == "removed"]
         ruled_out = [*belief.ruled_out, *(change.goal for change in removed if change.final)]
         out = {canonical(goal.text) for goal in (*belief.goals, *ruled_out)}
@@ -241,6 +246,7 @@ class GoalManager:
             past=[goal for text, goal in past.items() if text not in out],
         )
 
+    @during(module="remove")
     def removed(
         self,
         beliefs: Sequence[Belief],
@@ -280,7 +286,7 @@ class GoalManager:
             or (len(stays) > FEWEST and probable[change.goal] <= IMPROBABLE)
         ]
         found = {change.goal: change for change in (*late, *unfit)}
-        if set(belief.goals) - {UNSPECIFIED} <= found.keys():
+        if self.propose != "paper" and set(belief.goals) - {UNSPECIFIED} <= found.keys():
             likeliest = next((goal for goal, _ in belief.top() if goal != UNSPECIFIED), None)
             if likeliest and likeliest not in pinned:
                 del found[likeliest]
@@ -330,7 +336,7 @@ def propose(
     *,
     weights: Sequence[tuple[int, float]] = (),
     past: Sequence[Goal] = (),
-    keep: int = 3,
+    keep: int | None = 3,
 ) -> list[GoalChange]:
     """Goals to add to the known ones, those of the belief and its `ruled_out`.
 
@@ -338,7 +344,7 @@ def propose(
     determiner is none. With a likelihood, the goals of the `past`, which had been removed, are
     candidates, too; the `keep` candidates that explain the person's words best, and better than no
     goal, are added. Turns count by their `weights` (see `Belief.weights`). Without a likelihood,
-    the first `keep` are added.
+    the first `keep` are added, or all if that is None.
     """
     known = {_gist(goal.text) for goal in (*goals, *past)}
     candidates = [*past] if likelihood else []

@@ -13,9 +13,10 @@ from goalscope.base.types import UNSPECIFIED, Goal, InvalidInputError, Turn
 from goalscope.belief.belief import Belief
 from goalscope.belief.tracker import Correction, GoalTracker
 from goalscope.models import Generator
+from goalscope.models.trace import during
 from goalscope.prompts import recent, render
 
-_TURNS = 8  # that the model is shown
+_TURNS = 20  # that the model is shown, as many as an episode of the paper has
 
 
 class GoalOrder:
@@ -75,6 +76,7 @@ class GoalOrder:
         """Go back to an earlier state."""
         self.belief, self.turns = belief, [*turns]
 
+    @during(module="infer")
     def _asked(self, goals: Sequence[Goal], turns: Sequence[Turn]) -> Belief:
         if len(goals) < 2:
             return in_order(goals, goals)

@@ -35,6 +35,7 @@ from goalscope.belief.likelihood import (
 )
 from goalscope.models import LikelihoodModel, model_name
 from goalscope.models.opening import embedded_scorer
+from goalscope.models.trace import during
 
 Correction = Literal["pin", "veto", "reword"]
 """How a person corrects the goals; see `GoalTracker.correct`."""
@@ -163,6 +164,7 @@ class GoalTracker:
         self.belief = self.belief.add(added, lambda new: self._scored(new, self.turns))
         return self.belief
 
+    @during(module="infer")
     def _scored(self, goals: Sequence[Goal], turns: Sequence[Turn], *, since: int = 0) -> Array:
         """[T - since, G] evidence in nats.
 

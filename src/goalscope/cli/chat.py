@@ -59,6 +59,7 @@ def chat(
     tokenizer: options.Tokenizer = None,
     adapter: options.Adapter = None,
     method: options.Method = "good",
+    preset: options.Preset = None,
     catalogue: options.Catalogue = None,
     columns: options.Columns = None,
     scene: options.Scene = None,
@@ -75,6 +76,7 @@ def chat(
     rounds: Annotated[
         int | None, typer.Option(min=1, help="Maximum number of rounds.  [default: 100]")
     ] = None,
+    trace: options.TraceFile = None,
     store: options.StoreFile = None,
 ) -> None:
     """Talk to the agent and watch its belief; "quit" leaves, --resume continues.
@@ -85,6 +87,7 @@ def chat(
     from goalscope.cli import display
     from goalscope.envs import completion_phrase
     from goalscope.envs.registry import profile_named
+    from goalscope.models.trace import tracing
     from goalscope.storage.session import Session, more_rounds, saved_settings
     from goalscope.storage.store import Store
 
@@ -114,6 +117,7 @@ def chat(
         with (
             settings_model(settings) as engine,
             _environment(settings, person) as env,
+            tracing(trace),
         ):
             before = None
             session = Session(
@@ -171,6 +175,7 @@ def run(
     tokenizer: options.Tokenizer = None,
     adapter: options.Adapter = None,
     method: options.Method = "good",
+    preset: options.Preset = None,
     catalogue: options.Catalogue = None,
     columns: options.Columns = None,
     scene: options.Scene = None,
@@ -185,6 +190,7 @@ def run(
     prompted: options.Prompted = None,
     seed: options.Seed = 0,
     rounds: Annotated[int, typer.Option(min=1, help="Most rounds.")] = 20,
+    trace: options.TraceFile = None,
     store: options.StoreFile = None,
     as_json: options.Json = False,
 ) -> None:
@@ -192,6 +198,7 @@ def run(
     from goalscope.cli import display
     from goalscope.envs.registry import profile_named, profiles_of
     from goalscope.models.opening import forget
+    from goalscope.models.trace import tracing
     from goalscope.storage.session import Session
     from goalscope.storage.store import Store
 
@@ -210,7 +217,7 @@ def run(
     has_many = len(people) > 1
     scored: list[Scored] = []
     try:
-        with Store.open(store) as episodes, settings_model(settings) as engine:
+        with Store.open(store) as episodes, settings_model(settings) as engine, tracing(trace):
             for person in people:
                 forget(engine)  # so that each scores as it does alone
                 file = picture
@@ -340,7 +347,7 @@ def _refuse_other_options(context: typer.Context, info: EpisodeInfo) -> None:
     from goalscope.agent.settings import load_likelihood
     from goalscope.envs.registry import load_domain
 
-    free = ["resume", "rounds", "picture", "store"]
+    free = ["resume", "rounds", "picture", "trace", "store"]
     domain = context.params["domain"]
     if domain and load_domain(domain) == info.domain:
         free.append("domain")

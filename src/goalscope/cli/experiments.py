@@ -19,6 +19,7 @@ from goalscope.cli.options import (
     Scorer,
     Seed,
     Tokenizer,
+    TraceFile,
     Writer,
 )
 from goalscope.cli.tables import show_tables
@@ -184,6 +185,7 @@ def run_experiment(
     results: Folder = None,
     workers: Workers = 1,
     anyway: Anyway = False,
+    trace: TraceFile = None,
     as_json: Json = False,
 ) -> None:
     """Run the missing cells of an experiment, and print its tables.
@@ -195,7 +197,7 @@ def run_experiment(
     plan = read_experiment(file)
     if model or generator:
         plan = plan.with_models(tuple(_model(each, generator) for each in model or (None,)))
-    _run(plan, data, results, workers, anyway, as_json)
+    _run(plan, data, results, workers, anyway, as_json, trace)
 
 
 def _run(
@@ -205,6 +207,7 @@ def _run(
     workers: int,
     anyway: bool,
     as_json: bool,
+    trace: Path | None = None,
 ) -> None:
     from goalscope.datasets import named_folder
     from goalscope.experiment.measure import opened
@@ -232,7 +235,9 @@ def _run(
     with sole(path), Results.open(path) as kept:
         try:
             with progress(plan.title or plan.name) as show:
-                for step in run(plan, specs, kept, workers=workers, anyway=anyway, command=command):
+                for step in run(
+                    plan, specs, kept, workers=workers, anyway=anyway, command=command, trace=trace
+                ):
                     done, total = step.done, step.total
                     show(done, total)
                     if step.cell is None:

@@ -30,6 +30,7 @@ from goalscope.cli.reading import bench_reading
 from goalscope.cli.report import report
 from goalscope.cli.serve import mcp, serve
 from goalscope.cli.study import study
+from goalscope.cli.trace import trace
 
 
 def _interrupted(error: BaseException | None) -> bool:
@@ -129,7 +130,7 @@ def options(
 
 for command in (
     *(chat, run, serve, mcp, infer, fit),
-    *(calibrate, replay, why, episodes, doctor),
+    *(calibrate, replay, why, episodes, trace, doctor),
 ):
     app.command()(command)
 bench.command(name="reading")(bench_reading)

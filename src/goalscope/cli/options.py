@@ -26,6 +26,13 @@ Method = Annotated[
     Literal["good", "no-goals", "no-inference"],
     typer.Option(help="GOOD, or a baseline of the paper."),
 ]
+Preset = Annotated[
+    Literal["paper"] | None,
+    typer.Option(
+        help="paper: Algorithm 1 as it stands, where goals alone lead to actions, every module is "
+        "a prompt, and the belief is that of Eq. 1."
+    ),
+]
 Model = Annotated[
     str | None,
     typer.Option(
@@ -125,6 +132,14 @@ StoreFile = Annotated[
         help="Store of episodes.  [default: $GOALSCOPE_STORE]",
     ),
 ]
+TraceFile = Annotated[
+    Path | None,
+    typer.Option(
+        "--trace",
+        metavar="FILE.jsonl",
+        help="Add each call of a model to this file; `goalscope trace` shows it.",
+    ),
+]
 Json = Annotated[bool, typer.Option("--json", help="Print only JSON to standard output.")]
 ReadingAdapter = Annotated[
     str | None,
@@ -165,6 +180,7 @@ def episode_settings(context: typer.Context, **more: Any) -> Settings:
         **model_names(**{key: given[key] for key in MODEL_KEYS}),
         domain=load_domain(given["domain"] or SHOP),
         method=given["method"],
+        preset=given["preset"],
         catalogue=_absolute(given["catalogue"]),
         columns=_columns(given["columns"] or ()),
         scene=_absolute(scene) if scene and Path(scene).is_file() else scene,
@@ -206,6 +222,8 @@ def _check_effects(given: dict[str, Any], domain: str) -> None:
         raise InvalidInputError(
             "--k does not apply to the method 'no-goals', which has no goals. Leave it out."
         )
+    if given["preset"] and given["prompted"]:
+        raise InvalidInputError("--preset paper has all modules prompted. Leave out --prompted.")
     check_likelihood(given["likelihood"], given["layout"])
 
 
@@ -250,11 +268,9 @@ def _absolute(path: Path | str | None) -> str | None:
     return None if path is None else str(Path(path).absolute())
 
 
-def _trigger(given: str | None) -> Trigger:
-    from goalscope.belief.goal_manager import UNEXPLAINED
-
+def _trigger(given: str | None) -> Trigger | None:
     if given is None or given == "paper":
-        return given or UNEXPLAINED
+        return given
     try:
         return float(given)
     except ValueError:

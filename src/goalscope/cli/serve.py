@@ -18,6 +18,7 @@ from goalscope.cli.options import (
     Scorer,
     StoreFile,
     Tokenizer,
+    TraceFile,
     Writer,
     calibration_file,
 )
@@ -91,6 +92,7 @@ def serve(
     scorer: Scorer = None,
     tokenizer: Tokenizer = None,
     adapter: Adapter = None,
+    trace: TraceFile = None,
     store: StoreFile = None,
 ) -> None:
     """Serve the web page: chat, watch the belief, correct it.
@@ -102,6 +104,7 @@ def serve(
     from goalscope.agent.settings import Settings
     from goalscope.base.optional_packages import package
     from goalscope.envs.registry import BUILT_IN, load_domain
+    from goalscope.models.trace import tracing
     from goalscope.storage.store import Store
 
     package("fastapi", "The web page needs", GoalscopeError)
@@ -130,7 +133,11 @@ def serve(
         names = {f"{each}:{port}" for each in reached} | (reached if port == 80 else set[str]())
         key, file = (key, None) if key else kept_key()
         settings = Settings(**model_names(model, generator, scorer, tokenizer, adapter))
-        with Store.open(store) as episodes, settings_model(settings) as engine:
+        with (
+            Store.open(store) as episodes,
+            settings_model(settings) as engine,
+            tracing(trace),
+        ):
             named = [*map(load_domain, domains or BUILT_IN)]
             app = create_app(episodes, engine, settings, named)
             guarded = Guard(app, hosts=names | {*(name or ())}, key=key)

@@ -186,6 +186,16 @@ class Proactive(Environment):
         """
         return self.actions(need, dialogue)[:1]
 
+    def possible(self, terms: Sequence[str]) -> list[Action]:
+        """All actions that a plan may be made of, most relevant first (Sec. 4.2).
+
+        Unlike `actions`, nothing is left out that the person ruled out or that cannot be undone.
+
+        Args:
+            terms: Names of relevant things, as a model wrote them.
+        """
+        return [action for term in terms for action in self.actions(term, DialogueState())]
+
     def kind(self, action: Action) -> str:
         """A key shared by actions that serve a need equally well: the need, if there is one."""
         return self.phrase(action)

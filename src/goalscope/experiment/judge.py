@@ -9,6 +9,7 @@ from typing import Any
 from goalscope.base.inputs import parse_json, validated
 from goalscope.base.types import InvalidInputError, Message, UnreadableAnswerError
 from goalscope.models import Generator
+from goalscope.models.trace import during
 from goalscope.prompts import render
 
 SCORES = tuple(n / 4 for n in range(13))
@@ -53,6 +54,7 @@ class Trial:
     answer: str = ""
 
 
+@during(module="judge")
 def judge(
     generator: Generator,
     *,

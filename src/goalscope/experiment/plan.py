@@ -12,7 +12,7 @@ from typing import Annotated, Any, Literal, TypeVar, cast
 from annotated_types import Ge, Le, Lt, MinLen
 from pydantic import BeforeValidator
 
-from goalscope.agent.agent import K, Method
+from goalscope.agent.agent import K, Method, Preset
 from goalscope.agent.people import Habit
 from goalscope.agent.settings import Settings, load_likelihood
 from goalscope.agent.toolkit import modules_named
@@ -112,8 +112,9 @@ class EpisodesPart:
     profiles: Listed[str] = ("all",)
     people: str | None = None
     methods: Listed[Method] = ("good", "no-goals", "no-inference")
+    preset: Preset | None = None
     humans: Listed[Human] = ("scripted",)
-    layouts: Listed[Layout] = (DEFAULT_LAYOUT,)
+    layouts: Listed[Layout] = ()
     calibrations: Listed[str] = ()
     propose: Probability | Literal["paper"] | None = None
     k: Count = K
@@ -387,7 +388,7 @@ def _own_likelihood(part: DialoguesPart | EpisodesPart) -> dict[str, Any]:
     """
     if part.likelihood is None:
         return {}
-    if part.layouts != (DEFAULT_LAYOUT,):
+    if part.layouts not in ((), (DEFAULT_LAYOUT,)):
         raise InvalidInputError(
             "'layouts' only applies to the role-play likelihood. Leave it out, or leave out "
             "'likelihood'."
@@ -408,6 +409,8 @@ def _episode_specs(part: EpisodesPart, model: Model) -> Iterator[dict[str, Any]]
         "scene": part.scene,
         "rounds": part.rounds,
     }
+    if part.preset:
+        fixed["preset"] = part.preset
     if part.propose is not None:
         fixed["propose"] = part.propose
     if part.k != K:
@@ -435,7 +438,7 @@ def _episode_specs(part: EpisodesPart, model: Model) -> Iterator[dict[str, Any]]
         part.humans,
         part.seeds,
         part.calibrations or (None,),
-        part.layouts,
+        part.layouts or (None if part.preset else DEFAULT_LAYOUT,),
         names,
         part.methods,
     ):

@@ -10,6 +10,7 @@ from concurrent.futures.process import BrokenProcessPool
 from contextlib import closing
 from dataclasses import dataclass, replace
 from multiprocessing import get_context
+from pathlib import Path
 from typing import Any
 
 from goalscope.base.optional_packages import package
@@ -18,6 +19,7 @@ from goalscope.envs.registry import OWN
 from goalscope.experiment.measure import identity_of, measure, perform
 from goalscope.experiment.plan import Experiment, judging
 from goalscope.experiment.results import Cell, Results, cell_key
+from goalscope.models.trace import tracing
 from goalscope.storage.store import dumps
 
 _FAILURES = 5
@@ -55,6 +57,7 @@ def run(
     workers: int = 1,
     anyway: bool = False,
     command: str = "",
+    trace: Path | None = None,
 ) -> Iterator[Done]:
     """Run the cells without a result, and store each result as it comes.
 
@@ -67,6 +70,7 @@ def run(
         workers: Number of processes; 1 is this one.
         anyway: Continue even if code, prompts or a model have changed since the first results.
         command: The command line, stored with the results.
+        trace: File to which each call of a model is added; see `goalscope.models.trace`.
 
     Yields:
         The progress, once before any cell and then after each.
@@ -102,7 +106,7 @@ def run(
         ]
         missing.sort(key=lambda cell: cell.error is not None)  # what failed before comes last
         failures = 0
-        with closing(_outcomes(missing, workers)) as outcomes:
+        with closing(_outcomes(missing, workers, trace)) as outcomes:
             for cell, outcome in outcomes:
                 error = _keep(results, cell, outcome)
                 done += error is None
@@ -118,13 +122,16 @@ def run(
 Outcome = dict[str, Any] | GoalscopeError
 
 
-def _outcomes(cells: Sequence[Cell], workers: int) -> Generator[tuple[Cell, Outcome]]:
+def _outcomes(
+    cells: Sequence[Cell], workers: int, trace: Path | None
+) -> Generator[tuple[Cell, Outcome]]:
     """The result or error of each cell, as they finish."""
     if workers == 1:
-        yield from ((cell, _attempt(measure, cell.spec)) for cell in cells)
+        with tracing(trace):
+            yield from ((cell, _attempt(measure, cell.spec)) for cell in cells)
         return
     threads = max(1, (os.cpu_count() or 1) // workers)
-    pool = ProcessPoolExecutor(workers, get_context("spawn"), _limit_threads, (threads,))
+    pool = ProcessPoolExecutor(workers, get_context("spawn"), _begin, (threads, trace))
     futures = {
         pool.submit(
             _attempt, perform, {"spec": cell.spec, "identity": identity_of(cell.spec["model"])}
@@ -143,8 +150,10 @@ def _outcomes(cells: Sequence[Cell], workers: int) -> Generator[tuple[Cell, Outc
         pool.shutdown(cancel_futures=True)
 
 
-def _limit_threads(number: int) -> None:
-    os.environ.setdefault("OMP_NUM_THREADS", str(number))
+def _begin(threads: int, trace: Path | None) -> None:
+    """Set up a process of its own."""
+    os.environ.setdefault("OMP_NUM_THREADS", str(threads))
+    tracing(trace).__enter__()  # until the process ends
 
 
 def _attempt(work: Callable[[Any], dict[str, Any]], task: object) -> Outcome:

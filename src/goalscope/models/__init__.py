@@ -142,6 +142,11 @@ class Roles(Protocol):
         ...
 
     @property
+    def scorer(self) -> LikelihoodModel:
+        """Scores, without an adapter."""
+        ...
+
+    @property
     def reader(self) -> Generator:
         """Reads utterances."""
         ...

@@ -25,6 +25,7 @@ from goalscope.models.llama.sampling import (
 )
 from goalscope.models.llama.weights import Weights
 from goalscope.models.scoring import TokenScorer
+from goalscope.models.trace import traced
 
 _SUREST = 99.0
 """Nats by which a token leads at most: all, where the grammar allows no other."""
@@ -148,6 +149,7 @@ class LocalModel(TokenScorer):
     def guide(self) -> Any:
         """The tokens as an `llguidance.LLTokenizer`."""
 
+    @traced
     @synchronized
     def generate(
         self,

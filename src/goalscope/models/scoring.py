@@ -12,6 +12,7 @@ import numpy as np
 from goalscope.base.types import Message, ModelError
 from goalscope.models import Array, LikelihoodModel, model_name
 from goalscope.models.chat import ChatTokenizer, opens_thought
+from goalscope.models.trace import traced
 
 TOLERANCE = 0.2
 """Maximum difference in nats between two ways to compute a number; BF16 needs some."""
@@ -178,6 +179,7 @@ class TokenScorer(ABC):
         """Number of tokens of the rendered chat, up to where the assistant's words begin."""
         return self.tokenizer.count(messages)
 
+    @traced
     def token_logprobs(
         self,
         contexts: Sequence[Sequence[Message]],

@@ -15,6 +15,7 @@ from goalscope.models import Array, Completion, unfinished_json
 from goalscope.models.chat import ChatTokenizer, answer_of
 from goalscope.models.scoring import LEAST, Pair, TokenScorer
 from goalscope.models.server import Refusal, Server, understood
+from goalscope.models.trace import traced
 
 _BATCH = 8  # whole prompts of one request: a slow server too answers it in time
 _BYTES_A_TOKEN = 2.0  # a cautious guess, for models whose tokenizer is not at hand
@@ -61,6 +62,7 @@ class ServedGenerator:
             return self.tokenizer.count(messages)
         return sum(8 + int(len(m.content.encode()) / _BYTES_A_TOKEN) for m in messages)
 
+    @traced
     def generate(
         self,
         messages: Sequence[Message],

@@ -19,6 +19,7 @@ from goalscope.belief.tracker import Correction
 from goalscope.envs import Environment
 from goalscope.envs.registry import BUILT_IN, profile_named
 from goalscope.models import Model, model_name
+from goalscope.models.trace import note
 from goalscope.storage.store import EpisodeInfo, Store, new_episode
 
 
@@ -110,6 +111,7 @@ class Session:
             env,
             model,
             method=settings.method,
+            preset=settings.preset,
             likelihood=likelihood_for(settings, model) if settings.method == "good" else None,
             calibration=calibration_named(settings.calibration) if settings.calibration else None,
             propose=settings.propose,
@@ -137,6 +139,8 @@ class Session:
                 settings=asdict(settings),
             )
             self.id = str(self._new["id"])
+        self.agent.episode = self.id
+        note("episode", id=self.id, profile=profile, settings=asdict(settings))
 
     @property
     def is_stored(self) -> bool:

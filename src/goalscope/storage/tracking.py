@@ -313,9 +313,7 @@ def _manage(
         return []
     settings = settings_of(session.info.settings)
     modules = toolkit_of(model, settings.prompted)
-    goals = GoalManager(
-        modules.proposer, model, tracker.task, remover=modules.remover, propose=settings.propose
-    )
+    goals = GoalManager(modules.proposer, model, tracker.task, remover=modules.remover)
     past = [*(change for round in session.rounds for change in round.changes), *corrections]
     named = {each.goal for each in past if each.kind == "added" and each.source != "program"}
     given = {*tracker.belief.goals} - named - {UNSPECIFIED}

@@ -312,6 +312,19 @@ class GroceryShop(Proactive):
             if most is None or (item.price or 0) <= most
         ]
 
+    def possible(self, terms: Sequence[str]) -> list[Action]:
+        """See `Proactive.possible`: the paper's four kinds of actions.
+
+        As in the paper, a search finds the one item most similar to its term.
+        """
+        found = (self._search.search(term, 1) for term in terms)
+        return [
+            *(Action("add item", item.name) for items in found for item in items),
+            *(Action("remove item", item.name) for item in self._basket),
+            *(Action(envs.SEARCH, term) for term in terms),
+            *([Action("buy basket")] if self._basket else []),
+        ]
+
     def kind(self, action: Action) -> str:
         """See `Proactive.kind`: the last word of a name, where it alone means such a thing."""
         item = self.catalogue.get(action.target)

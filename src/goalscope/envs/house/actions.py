@@ -45,10 +45,13 @@ _ONLY_ON_REQUEST = frozenset({"break", "dirty", "use up", "open", "close", "empt
 _Table = Mapping[str, Mapping[str, Any]]
 
 
-def possible(view: View, own: str) -> Iterator[Action]:
-    """What the object's affordances allow now, apart from what only a person asks for.
+def possible(view: View, own: str, *, asked: bool = False) -> Iterator[Action]:
+    """What the object's affordances allow now; it may be put on one receptacle of each type.
 
-    It may be put on one receptacle of each type.
+    Args:
+        view: What is here.
+        own: The object.
+        asked: Whether what only a person asks for, or what heats, is among it.
     """
     thing, name = view.table[own], view.names[own]
     if thing["pickupable"]:
@@ -62,12 +65,16 @@ def possible(view: View, own: str) -> Iterator[Action]:
                 seen.add(kind)
                 yield Action("put", name, destination=view.names[place])
     for verb, (needs, state, value) in ACTS.items():
-        if verb in _ONLY_ON_REQUEST or thing[state] == value:
+        if thing[state] == value or (verb in _ONLY_ON_REQUEST and not asked):
             continue
-        if starts(view, Action(verb, name)):
+        if not asked and starts(view, Action(verb, name)):
             continue
         if thing[needs] or (needs == "toggleable" and thing["objectType"] == "StoveBurner"):
             yield Action(verb, name)
+    if asked and thing["pickupable"] and not thing["isPickedUp"]:
+        yield Action("pick up", name)
+    if asked and (thing["pickupable"] or thing["moveable"]):
+        yield from (Action("push", name), Action("pull", name))
 
 
 def starts(view: View, action: Action) -> bool:

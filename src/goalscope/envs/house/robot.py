@@ -205,11 +205,25 @@ class HomeRobot(Proactive):
         taken = untouched | asked_about(view, dialogue)
         return [
             action
-            for own, thing in view.table.items()
-            if name in (view.names[own], readable(thing["objectType"])) and is_whole(thing)
+            for own in self._called(name)
             if own not in taken
             for action in possible(view, own)
             if view.id(action.destination) not in untouched
+        ]
+
+    def possible(self, terms: Sequence[str]) -> list[Action]:
+        """See `Proactive.possible`: all that the affordances of these objects allow."""
+        owns = dict.fromkeys(own for term in terms for own in self._called(term.casefold()))
+        found = (action for own in owns for action in possible(self._view, own, asked=True))
+        return [*found, Action("finish")]
+
+    def _called(self, name: str) -> list[str]:
+        """Ids of the whole objects of a name or generic name."""
+        names = self._view.names
+        return [
+            own
+            for own, thing in self._view.table.items()
+            if name in (names[own], readable(thing["objectType"])) and is_whole(thing)
         ]
 
     def phrase(self, action: Action) -> str:

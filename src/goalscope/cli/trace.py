@@ -1,0 +1,208 @@
+"""`goalscope trace`: read a trace, tell two apart, or run it again with modules swapped."""
+
+from __future__ import annotations
+
+import json
+from collections import Counter
+from collections.abc import Iterator, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from goalscope.base.types import InvalidInputError, pluralize
+from goalscope.cli.options import Adapter, Json, Model, Scorer, Tokenizer, Writer
+from goalscope.cli.terminal import console, model_names, say, settings_model
+
+if TYPE_CHECKING:
+    from goalscope.models.trace import Line
+
+
+def trace(
+    files: Annotated[list[Path], typer.Argument(help="A trace, or two to tell apart.")],
+    module: Annotated[
+        list[str] | None, typer.Option(help="Show only this module; repeatable.")
+    ] = None,
+    round: Annotated[int | None, typer.Option(min=1, help="Show only this round.")] = None,
+    full: Annotated[
+        bool, typer.Option("--full", help="Show each prompt and answer whole.")
+    ] = False,
+    swap: Annotated[
+        list[str] | None,
+        typer.Option(
+            metavar="MODULE",
+            help="Run the episode again, with this module answered by the model named here, and "
+            "the others by the trace; repeatable.",
+        ),
+    ] = None,
+    out: Annotated[Path | None, typer.Option(metavar="FILE", help="Trace of that run.")] = None,
+    model: Model = None,
+    generator: Writer = None,
+    scorer: Scorer = None,
+    tokenizer: Tokenizer = None,
+    adapter: Adapter = None,
+    as_json: Json = False,
+) -> None:
+    """Show what the model was asked and what it answered, module by module.
+
+    Two traces are compared call by call. With --swap the people say what they said before; a call
+    whose prompt has changed gets the answer that the trace has in its place.
+    """
+    from goalscope.models.trace import MODULES, read_trace
+
+    for name in (*(module or ()), *(swap or ())):
+        if name not in MODULES:
+            raise InvalidInputError(
+                f"There is no module {name!r}. Choose one of {', '.join(MODULES)}."
+            )
+    if len(files) > 2:
+        raise InvalidInputError("Name one trace, or two to tell apart.")
+    lines = read_trace(files[0])
+    if swap:
+        if len(files) > 1 or out is None:
+            raise InvalidInputError("--swap takes one trace, and writes another: add --out FILE.")
+        names = model_names(model, generator, scorer, tokenizer, adapter)
+        _run_again(lines, swap, out, {key: name for key, name in names.items() if name})
+        return
+
+    def chosen(line: Line) -> bool:
+        return (not module or line["module"] in module) and (not round or line["round"] == round)
+
+    shown = [*filter(chosen, lines)]
+    if len(files) == 2:
+        _compare(shown, [*filter(chosen, read_trace(files[1]))], as_json=as_json)
+    elif as_json:
+        print(json.dumps(shown))
+    else:
+        _show(shown, full=full)
+
+
+def _show(lines: Sequence[Line], *, full: bool) -> None:
+    """Print the calls, a line each, or whole."""
+    where: tuple[str, int] | None = None
+    for calls in _grouped(lines):
+        first = calls[0]
+        here = first["episode"], first["round"]
+        if first["event"] not in ("model", "score", "round"):
+            continue
+        if here != where:
+            where = here
+            say(f"{first['episode']} round {first['round']}".strip(), "bold")
+        if first["event"] == "round":
+            _show_round(first)
+        elif full:
+            for call in calls:
+                say(f"{call['module']} | {call['model']}", "cyan")
+                say(call.get("prompt") or _chat(call))
+                say(_answer(call), "green")
+        else:
+            seconds = sum(call["time"] for call in calls)
+            said = f" x {len(calls)}" if len(calls) > 1 else ""
+            answer = " ".join(_answer(calls[-1]).split())
+            say(f"  {first['module'] + said:12} {seconds:6.1f} s  {answer:.100}")
+
+
+def _show_round(line: Line) -> None:
+    for goal, probability in line["belief"].items():
+        say(f"    {probability:6.1%}  {goal}", "dim")
+    for each in (*line["changes"], *line["actions"]):
+        say(f"    {each}", "dim")
+
+
+def _grouped(lines: Sequence[Line]) -> Iterator[list[Line]]:
+    """Runs of scored words of one module together, as they were asked for; the rest alone."""
+    group: list[Line] = []
+    for line in lines:
+        alike = group and all(line[key] == group[0][key] for key in ("event", "module", "round"))
+        if group and not (alike and line["event"] == "score"):
+            yield group
+            group = []
+        group.append(line)
+    if group:
+        yield group
+
+
+def _compare(one: Sequence[Line], other: Sequence[Line], *, as_json: bool) -> None:
+    """Print the first call that differs, and how many of each module do."""
+    ours, theirs = _placed(one), _placed(other)
+    calls, differ = Counter[str](), Counter[str]()
+    first: tuple[Line | None, Line | None] | None = None
+    for place in sorted({*ours, *theirs}, key=lambda each: (each[0], each[2])):
+        a, b = ours.get(place), theirs.get(place)
+        same = bool(a and b and (a["input"], _answer(a)) == (b["input"], _answer(b)))
+        calls[place[1]] += 1
+        differ[place[1]] += not same
+        first = first or (None if same else (a, b))
+    if as_json:
+        print(json.dumps({"calls": calls, "differ": differ, "first": first}))
+        return
+    for module, number in calls.items():
+        say(f"{module:10} {differ[module]} of {pluralize(number, 'call')} differ")
+    for call in first or ():
+        if call is None:
+            say("--- no such call", "bold")
+            continue
+        say(f"--- round {call['round']}, {call['module']}, {call['model']}", "bold")
+        say(call.get("prompt") or _chat(call))
+        say(_answer(call), "green")
+
+
+def _placed(lines: Sequence[Line]) -> dict[tuple[int, str, int], Line]:
+    """The calls by round, module and order in them."""
+    found: dict[tuple[int, str, int], Line] = {}
+    counts = Counter[tuple[int, str]]()
+    for line in lines:
+        if line["event"] in ("model", "score"):
+            place = line["round"], line["module"]
+            found[*place, counts[place]] = line
+            counts[place] += 1
+    return found
+
+
+def _chat(line: Line) -> str:
+    return "\n".join(f"{each['role']}: {each['content']}" for each in line["input"])
+
+
+def _answer(line: Line) -> str:
+    """What was written, or the words that were scored, with their nats."""
+    output = line["output"]
+    if line["event"] == "model":
+        return output["completion"]
+    nats = [each["logprob"] for each in output["logprobs"]]
+    return f"{sum(nats):.3f} nats: {line['words']}"
+
+
+def _run_again(
+    lines: Sequence[Line], swap: Sequence[str], out: Path, names: dict[str, str]
+) -> None:
+    """Run the traced episode again with these modules by other models; see `Trace`."""
+    from dataclasses import replace
+
+    from goalscope.agent.settings import settings_of
+    from goalscope.cli.display import show_summary
+    from goalscope.envs.registry import open_environment, profile_named
+    from goalscope.models.trace import tracing
+    from goalscope.storage.session import Session
+    from goalscope.storage.store import Store
+
+    begun = next((line for line in lines if line["event"] == "episode"), None)
+    if begun is None:
+        raise InvalidInputError("The trace has no episode that could be run again.")
+    said = [line["utterance"] for line in lines if line["event"] == "round"]
+    before = settings_of(begun["settings"])
+    human = before.human if "human" in swap else "you"
+    settings = replace(before, human=human, rounds=len(said), **names)
+    name = begun["profile"]
+    profile = profile_named(settings, name) if name else None
+    with (
+        settings_model(settings) as engine,
+        open_environment(settings, profile) as env,
+        Store.in_memory() as store,
+        tracing(out, lines, swap),
+    ):
+        words = iter(said)
+        session = Session(store, settings, env, engine, profile=name, read=lambda _: next(words))
+        session.agent.episode = begun["id"]
+        for round in session.run():
+            say(f"Round {round.number}: {pluralize(len(round.results), 'action')}", "dim")
+        show_summary(console(), session.info)
