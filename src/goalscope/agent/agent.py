@@ -36,6 +36,7 @@ from goalscope.belief.explain import in_words
 from goalscope.belief.goal_manager import UNEXPLAINED, GoalManager, Trigger
 from goalscope.belief.goal_order import GoalOrder, Tracker
 from goalscope.belief.likelihood import DEFAULT_LAYOUT, Layout, Likelihood, RolePlay
+from goalscope.belief.method import Implied, Method, implied
 from goalscope.belief.tracker import Correction, GoalTracker
 from goalscope.envs import Environment, Pick, completion_phrase, scenarios_like
 from goalscope.language.dialogue_state import acting
@@ -45,7 +46,7 @@ from goalscope.language.reader import Reader, ReadExample, reader_of
 from goalscope.models import Model, Roles
 from goalscope.models.trace import during, note
 
-Method = Literal["good", "no-goals", "no-inference"]
+Ablation = Literal["good", "no-goals", "no-inference"]
 """The paper's agent and its ablations (Sec. 4.3); see `Agent`."""
 
 Preset = Literal["paper"]
@@ -73,7 +74,8 @@ class Agent:
         reader: Turns utterances into readings; by default the model's own (see `reader_of`).
         pick: Finds the thing that a phrase means; by default a `Matcher`.
         method: "good", or an ablation of Sec. 4.3: "no-goals" acts on the transcript alone,
-            "no-inference" on the goal that the model names as the likeliest.
+            "no-inference" on the goal that the model names as the likeliest. Or a method of your
+            own, which takes the place of the inference.
         preset: "paper" for Algorithm 1 as it stands: nothing is read and no order carried out, so
             that goals alone lead to actions, and to none while Unspecified leads. Unless given, the
             trigger, the calibration, the likelihood's prompt (without an adapter) and all modules
@@ -105,7 +107,7 @@ class Agent:
         *,
         reader: Reader | None = None,
         pick: Pick | None = None,
-        method: Method = "good",
+        method: Ablation | Method = "good",
         preset: Preset | None = None,
         k: int = K,
         patience: int = 3,
@@ -122,6 +124,8 @@ class Agent:
         self.episode = ""
         if not (hasattr(k, "__index__") and k >= 1):
             raise InvalidInputError(f"k must be a whole number, 1 or more, not {k!r}")
+        if not isinstance(method, str):
+            method, likelihood = "good", implied(method)
         is_paper = self._is_paper = _is_paper(preset)
         self.k = k if method == "good" else 1
         self.reader = reader or reader_of(
@@ -154,9 +158,9 @@ class Agent:
         self._uncorrected: list[tuple[Belief, list[GoalChange]]] = []
 
     def _tracker(
-        self, method: Method, likelihood: Likelihood | None, calibration: Calibration | None
+        self, method: Ablation, likelihood: Likelihood | None, calibration: Calibration | None
     ) -> Tracker:
-        if method not in get_args(Method):
+        if method not in get_args(Ablation):
             raise InvalidInputError(
                 f'method must be "good", "no-goals" or "no-inference", not {method!r}'
             )
@@ -164,7 +168,8 @@ class Agent:
             return GoalTracker(
                 task=self.env.task,
                 likelihood=likelihood or role_play(self.model, paper=self._is_paper),
-                calibration=calibration or (PAPER if self._is_paper else DEFAULT),
+                calibration=calibration
+                or (PAPER if self._is_paper or isinstance(likelihood, Implied) else DEFAULT),
             )
         goals = () if method == "no-goals" else (UNSPECIFIED,)
         return GoalOrder(self.model, self.env.task, goals)

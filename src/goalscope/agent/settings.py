@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any, Literal
+from typing import Any, Literal, cast, get_args
 
-from goalscope.agent.agent import K, Method, Preset, role_play
+from goalscope.agent.agent import Ablation, K, Preset, role_play
 from goalscope.agent.people import Habit
 from goalscope.agent.toolkit import MODULES, Module, Toolkit, toolkit_of
 from goalscope.base.types import TRACKING, InvalidInputError
@@ -19,6 +19,7 @@ from goalscope.belief.likelihood import (
     misfit,
     unusable,
 )
+from goalscope.belief.method import implied
 from goalscope.envs.registry import OWN, DomainSettings, domain_named
 from goalscope.models import LikelihoodModel, Model
 
@@ -30,14 +31,14 @@ class Settings(DomainSettings):
     Attributes:
         human: "you" at the terminal, or a person with a profile: "scripted", "simulated", or
             simulated with a `Habit`.
-        method: See `Agent`, as for the next.
+        method: "good" or an ablation (see `Agent`, as for the next), or one's own (`load_own`).
         preset: "paper", or None.
         model: See `open_model`, as for the next four; None for the embedded model.
         generator: Writes, if not `model`.
         scorer: Scores, if not `model`.
         tokenizer: Of a served model.
         adapter: For the model that scores; None for the one that comes with the embedded model.
-        likelihood: A likelihood of one's own (see `load_likelihood`); None for the role-play one.
+        likelihood: A likelihood of one's own (see `load_own`); None for the role-play one.
         layout: Where the role-play prompt states the goal; None for the default place.
         calibration: Name or file of one; None for that of `Agent`, as for `propose`.
         propose: See `Agent`, as for the next two.
@@ -48,7 +49,7 @@ class Settings(DomainSettings):
     """
 
     human: Literal["you", "scripted", "simulated"] | Habit = "you"
-    method: Method = "good"
+    method: str = "good"
     preset: Preset | None = None
     model: str | None = None
     generator: str | None = None
@@ -72,14 +73,15 @@ def settings_of(stored: Mapping[str, Any]) -> Settings:
     return Settings(**given)
 
 
-def load_likelihood(name: str) -> str:
-    """Make a likelihood of one's own known to this process; returns its name for `Settings`.
+def load_own(name: str, what: str = "likelihood") -> str:
+    """Make a likelihood or method of one's own known to this process; returns its full name.
 
     The file is run. A file that only a stored episode names is never run.
 
     Args:
         name: "FILE.py:NAME", a file of Python and a function or class in it, which is called with
-            the model and returns a `Likelihood`.
+            the model and returns a `Likelihood`, or a `goalscope.belief.method.Method`.
+        what: What it is, for errors.
 
     Raises:
         InvalidInputError: There is no such file or function, or the file cannot be run.
@@ -88,10 +90,31 @@ def load_likelihood(name: str) -> str:
     path = Path(file).absolute()
     if not (path.is_file() and path.suffix == ".py" and function.isidentifier()):
         raise InvalidInputError(
-            "A likelihood is an existing Python file and the function in it that makes the "
-            f"likelihood, such as mine.py:Mine, not {name!r}."
+            f"A {what} is an existing Python file and the function in it that makes the "
+            f"{what}, such as mine.py:Mine, not {name!r}."
         )
     return f"{OWN.run(path, (function,))}:{function}"
+
+
+def load_method(name: str) -> str:
+    """The name of a method in settings: an ablation, or one's own (see `load_own`).
+
+    Raises:
+        InvalidInputError: There is none of this name.
+    """
+    if ":" in name or name.endswith(".py"):
+        return load_own(name, "method")
+    if name not in get_args(Ablation):
+        raise InvalidInputError(
+            f"There is no method {name!r}. Choose one of {', '.join(get_args(Ablation))}, or name "
+            "your own, such as mine.py:Mine."
+        )
+    return name
+
+
+def method_label(method: str) -> str:
+    """The name of a method for people: of one's own, that of the class or function."""
+    return method.rpartition(":")[2]
 
 
 def toolkit_for(settings: Settings, model: Model) -> Toolkit:
@@ -100,6 +123,14 @@ def toolkit_for(settings: Settings, model: Model) -> Toolkit:
     found = toolkit_of(model, MODULES if is_paper else settings.prompted, guarded=not is_paper)
     open_planner = domain_named(settings.domain).open_planner
     return replace(found, planner=open_planner(model, settings.seed)) if open_planner else found
+
+
+def inference_of(settings: Settings, model: Model) -> tuple[Ablation, Likelihood | None]:
+    """The ablation of an episode, and its likelihood; "good" with the evidence of one's own."""
+    if settings.method in get_args(Ablation):
+        method = cast("Ablation", settings.method)
+        return method, likelihood_for(settings, model) if method == "good" else None
+    return "good", own_likelihood(settings.method, model)
 
 
 def likelihood_for(settings: Settings, model: Model) -> Likelihood:
@@ -111,7 +142,7 @@ def likelihood_for(settings: Settings, model: Model) -> Likelihood:
 
 
 def own_likelihood(name: str, model: LikelihoodModel) -> Likelihood:
-    """The likelihood of a file that `load_likelihood` has run.
+    """The likelihood of a file that `load_own` has run, or that which a method implies.
 
     Raises:
         InvalidInputError: It was not run, or returns no likelihood.
@@ -124,6 +155,8 @@ def own_likelihood(name: str, model: LikelihoodModel) -> Likelihood:
             "model)` of a class."
         )
     found = make(model)
+    if hasattr(found, "probabilities"):
+        return implied(cast("Any", found))
     if wrong := unusable(found):
         raise InvalidInputError(f"{name} must return a likelihood: {wrong}.")
     calibration_of(found)

@@ -41,7 +41,8 @@ class Likelihood(Protocol):
     """Evidence for each goal from each turn.
 
     A column must depend on its own goal alone: then a goal that is added later gets the evidence
-    that it would have had from the start. `UNSPECIFIED` may be among the goals, and stands for a
+    that it would have had from the start. (What scores all goals together is a
+    `goalscope.belief.method.Method`.) `UNSPECIFIED` may be among the goals, and stands for a
     person with no stated goal.
     """
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Callable, Iterable, Sequence
+from dataclasses import replace
 from functools import wraps
 from threading import RLock
 from typing import Any, Literal, TypeVar, cast, get_args
@@ -161,7 +162,11 @@ class GoalTracker:
         return self._add(added)
 
     def _add(self, added: Sequence[Goal]) -> Belief:
-        self.belief = self.belief.add(added, lambda new: self._scored(new, self.turns))
+        belief = self.belief.add(added, lambda new: self._scored(new, self.turns))
+        if added and getattr(self.likelihood, "joint", False):
+            table = self._scored(belief.goals, self.turns)
+            belief = replace(belief, log_likelihood=table)
+        self.belief = belief
         return self.belief
 
     @during(module="infer")

@@ -132,7 +132,9 @@ def chat(
             )
             display.show_header(out, session.info)
             corrections = (
-                '; "/help" shows how to correct the goals.' if settings.method == "good" else "."
+                '; "/help" shows how to correct the goals.'
+                if session.agent.belief.inferred
+                else "."
             )
             out.print(
                 f'"{completion_phrase(env)}" ends the task; "quit" leaves, and you can go on later'
@@ -344,16 +346,17 @@ def _refuse_other_options(context: typer.Context, info: EpisodeInfo) -> None:
     Raises:
         InvalidInputError: One is given.
     """
-    from goalscope.agent.settings import load_likelihood
+    from goalscope.agent.settings import load_own
     from goalscope.envs.registry import load_domain
 
     free = ["resume", "rounds", "picture", "trace", "store"]
     domain = context.params["domain"]
     if domain and load_domain(domain) == info.domain:
         free.append("domain")
-    likelihood = context.params["likelihood"]
-    if likelihood and load_likelihood(likelihood) == info.settings.get("likelihood"):
-        free.append("likelihood")
+    for option in ("likelihood", "method"):
+        own = context.params[option] or ""
+        if ":" in own and load_own(own, option) == info.settings.get(option):
+            free.append(option)
     given = [
         each.opts[0]
         for each in context.command.params

@@ -47,7 +47,7 @@ def infer(
     from dataclasses import asdict
     from hashlib import sha256
 
-    from goalscope.agent.settings import Settings, likelihood_for, load_likelihood
+    from goalscope.agent.settings import Settings, likelihood_for, load_own
     from goalscope.base.text import model_shown
     from goalscope.belief.calibration import calibration_named
     from goalscope.belief.likelihood import RolePlay
@@ -64,7 +64,7 @@ def infer(
         )
     check_likelihood(likelihood, layout)
     given = calibration_named(calibration) if calibration else None
-    own = None if likelihood is None else load_likelihood(likelihood)
+    own = None if likelihood is None else load_own(likelihood)
     chosen = Settings(likelihood=own, layout=layout)
     dialogues = read_cases(file, labelled=False)
     cut: list[str] = []

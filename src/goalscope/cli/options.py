@@ -23,8 +23,12 @@ Domain = Annotated[
     ),
 ]
 Method = Annotated[
-    Literal["good", "no-goals", "no-inference"],
-    typer.Option(help="GOOD, or a baseline of the paper."),
+    str,
+    typer.Option(
+        metavar="good|no-goals|no-inference|FILE.py:NAME",
+        help="GOOD, a baseline of the paper, or a method of your own: the Python file, and the "
+        "function or class in it that makes it from a model.",
+    ),
 ]
 Preset = Annotated[
     Literal["paper"] | None,
@@ -169,7 +173,7 @@ def episode_settings(context: typer.Context, **more: Any) -> Settings:
         InvalidInputError: An option cannot be used, or would have no effect.
     """
     from goalscope.agent.agent import K
-    from goalscope.agent.settings import Settings, load_likelihood
+    from goalscope.agent.settings import Settings, load_method, load_own
     from goalscope.agent.toolkit import modules_named
     from goalscope.envs.registry import SHOP, load_domain
     from goalscope.models.opening import MODEL_KEYS
@@ -179,14 +183,14 @@ def episode_settings(context: typer.Context, **more: Any) -> Settings:
     settings = Settings(
         **model_names(**{key: given[key] for key in MODEL_KEYS}),
         domain=load_domain(given["domain"] or SHOP),
-        method=given["method"],
+        method=load_method(given["method"]),
         preset=given["preset"],
         catalogue=_absolute(given["catalogue"]),
         columns=_columns(given["columns"] or ()),
         scene=_absolute(scene) if scene and Path(scene).is_file() else scene,
         simulator=given["simulator"],
         unity=_absolute(given["unity"]),
-        likelihood=None if likelihood is None else load_likelihood(likelihood),
+        likelihood=None if likelihood is None else load_own(likelihood),
         layout=given["layout"],
         calibration=calibration_file(given["calibration"]),
         propose=_trigger(given["propose"]),

@@ -8,7 +8,7 @@ from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
 
-from goalscope.agent.settings import Settings
+from goalscope.agent.settings import Settings, method_label
 from goalscope.agent.toolkit import MODULES
 from goalscope.base.stats import paired_difference, pooled_sd_of_mean
 from goalscope.base.types import pluralize
@@ -201,7 +201,7 @@ def _records(
     for run, read in zip(runs, readings, strict=True):
         result, settings = run.result or {}, run.spec["settings"]
         record: dict[str, Any] = {
-            "method": settings["method"],
+            "method": method_label(settings["method"]),
             "profile": run.spec["profile"],
             "seed": settings["seed"],
             "retries": max(run.attempts - 1, 0),

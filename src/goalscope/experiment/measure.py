@@ -14,7 +14,7 @@ from pathlib import Path
 from typing import Any
 
 import goalscope
-from goalscope.agent.settings import Settings, load_likelihood, own_likelihood, settings_of
+from goalscope.agent.settings import Settings, load_own, own_likelihood, settings_of
 from goalscope.base.types import UNSPECIFIED, Goal, GoalscopeError, InvalidInputError, Profile, Turn
 from goalscope.belief.likelihood import Layout, Likelihood, RolePlay, evidence_of
 from goalscope.datasets import Case, said_key
@@ -109,6 +109,7 @@ def hashes_of(settings: Settings) -> dict[str, str]:
     named = {
         "domain": None if settings.domain in BUILT_IN else settings.domain,
         "likelihood": own,
+        "method": settings.method.rpartition(":")[0],
         "catalogue": settings.catalogue,
         "scene": settings.scene,
         "calibration": settings.calibration,
@@ -208,8 +209,9 @@ def perform(task: Mapping[str, Any]) -> dict[str, Any]:
         )
     settings = {**spec, **spec.get("settings", {})}
     load_domain(settings.get("domain", SHOP))
-    if settings.get("likelihood"):
-        load_likelihood(settings["likelihood"])
+    for own in (settings.get("likelihood"), settings.get("method")):
+        if own and ":" in own:
+            load_own(own)
     return measure(spec)
 
 

@@ -12,9 +12,9 @@ from typing import Annotated, Any, Literal, TypeVar, cast
 from annotated_types import Ge, Le, Lt, MinLen
 from pydantic import BeforeValidator
 
-from goalscope.agent.agent import K, Method, Preset
+from goalscope.agent.agent import K, Preset
 from goalscope.agent.people import Habit
-from goalscope.agent.settings import Settings, load_likelihood
+from goalscope.agent.settings import Settings, load_method, load_own
 from goalscope.agent.toolkit import modules_named
 from goalscope.base.inputs import nearest, read_table, shown, validated
 from goalscope.base.types import InvalidInputError
@@ -81,7 +81,7 @@ class DialoguesPart:
 
     `change` is the round (from 1) at which people change their mind (see `changes_of`): goals are
     then random, and the model is not asked outright. `likelihood` is one of your own (see
-    `load_likelihood`). Without `models`, those of the experiment are used.
+    `load_own`). Without `models`, those of the experiment are used.
     """
 
     set: str = ""
@@ -104,14 +104,14 @@ class EpisodesPart:
     """Episodes with simulated people, in every combination (Sec. 4.2 and 4.3).
 
     `domain` is a name or a Python file (see `load_domain`), `people` a TOML file of profiles, and
-    `likelihood` one of your own (see `load_likelihood`). What is None or empty is as the domain,
+    `likelihood` one of your own (see `load_own`). What is None or empty is as the domain,
     the experiment or `Agent` has it.
     """
 
     domain: str
     profiles: Listed[str] = ("all",)
     people: str | None = None
-    methods: Listed[Method] = ("good", "no-goals", "no-inference")
+    methods: Listed[str] = ("good", "no-goals", "no-inference")
     preset: Preset | None = None
     humans: Listed[Human] = ("scripted",)
     layouts: Listed[Layout] = ()
@@ -204,10 +204,14 @@ def read_experiment(file: Path) -> Experiment:
 def _placed(part: P, folder: Path) -> P:
     """A part with full paths, so that its files are found from any folder."""
     models = tuple(_placed_model(model, folder) for model in part.models)
-    if part.likelihood is None:
-        return replace(part, models=models)
-    name, _, function = part.likelihood.rpartition(":")
-    return replace(part, models=models, likelihood=f"{_place(name, folder)}:{function}")
+    own = part.likelihood and _own_place(part.likelihood, folder)
+    return replace(part, models=models, likelihood=own)
+
+
+def _own_place(name: str, folder: Path) -> str:
+    """FILE.py:NAME with the full path of the file; other names unchanged."""
+    file, colon, function = name.rpartition(":")
+    return f"{_place(file, folder)}:{function}" if colon else name
 
 
 def _placed_episodes(part: EpisodesPart, folder: Path) -> EpisodesPart:
@@ -226,6 +230,7 @@ def _placed_episodes(part: EpisodesPart, folder: Path) -> EpisodesPart:
         _placed(part, folder),
         domain=domain,
         calibrations=tuple(calibrations),
+        methods=tuple(_own_place(name, folder) for name in part.methods),
         people=part.people and _place(part.people, folder),
         catalogue=part.catalogue and _place(part.catalogue, folder),
         scene=part.scene and _place(part.scene, folder),
@@ -393,7 +398,7 @@ def _own_likelihood(part: DialoguesPart | EpisodesPart) -> dict[str, Any]:
             "'layouts' only applies to the role-play likelihood. Leave it out, or leave out "
             "'likelihood'."
         )
-    name = load_likelihood(part.likelihood)
+    name = load_own(part.likelihood)
     return {"likelihood": name, "files": hashes_of(Settings(likelihood=name))}
 
 
@@ -440,7 +445,7 @@ def _episode_specs(part: EpisodesPart, model: Model) -> Iterator[dict[str, Any]]
         part.calibrations or (None,),
         part.layouts or (None if part.preset else DEFAULT_LAYOUT,),
         names,
-        part.methods,
+        [*map(load_method, part.methods)],
     ):
         axes = {
             "human": human,
@@ -453,7 +458,7 @@ def _episode_specs(part: EpisodesPart, model: Model) -> Iterator[dict[str, Any]]
             "settings": {**fixed, **axes, "seed": seed},
             "profile": name,
             "person": person_of(known[name]),
-            "files": hashes_of(replace(settings, calibration=calibration)),
+            "files": hashes_of(replace(settings, calibration=calibration, method=method)),
             "model": model,
         }
 

@@ -11,7 +11,7 @@ from typing import Any
 from goalscope.agent.agent import Agent, run_episode
 from goalscope.agent.people import ConsoleHuman, Human, ScriptedHuman, SimulatedHuman
 from goalscope.agent.round import Round
-from goalscope.agent.settings import Settings, likelihood_for, settings_of, toolkit_for
+from goalscope.agent.settings import Settings, inference_of, settings_of, toolkit_for
 from goalscope.base.types import TRACKING, Goal, InvalidInputError, pluralize
 from goalscope.belief.belief import Belief
 from goalscope.belief.calibration import calibration_named
@@ -26,9 +26,10 @@ from goalscope.storage.store import EpisodeInfo, Store, new_episode
 def resuming(info: EpisodeInfo) -> str:
     """The command that resumes an episode; Python files of one's own must be named again."""
     own = [] if info.domain in BUILT_IN else [info.domain]
-    likelihood = info.settings.get("likelihood")
-    named = ["--likelihood", str(likelihood)] if likelihood else []
-    return shlex.join(["goalscope", "chat", *own, *named, "--resume", info.id])
+    for option in ("likelihood", "method"):
+        if ":" in str(named := info.settings.get(option)):
+            own += [f"--{option}", str(named)]
+    return shlex.join(["goalscope", "chat", *own, "--resume", info.id])
 
 
 def more_rounds(info: EpisodeInfo, rounds: int) -> str:
@@ -107,12 +108,13 @@ class Session:
         """
         self.profile = profile_named(settings, profile) if profile else None
         self._store, self._settings, self._env = store, settings, env
+        method, likelihood = inference_of(settings, model)
         self.agent = Agent(
             env,
             model,
-            method=settings.method,
+            method=method,
             preset=settings.preset,
-            likelihood=likelihood_for(settings, model) if settings.method == "good" else None,
+            likelihood=likelihood,
             calibration=calibration_named(settings.calibration) if settings.calibration else None,
             propose=settings.propose,
             k=settings.k,

@@ -10,7 +10,7 @@ from typing import Annotated
 
 from annotated_types import Interval, Len, Predicate
 
-from goalscope.agent.agent import Method
+from goalscope.agent.agent import Ablation
 from goalscope.agent.round import Round
 from goalscope.agent.settings import settings_of
 from goalscope.base.inputs import read_toml, shown
@@ -52,7 +52,7 @@ class Plan:
         thanks: Shown at the end.
         domain: Domain of the episodes to rate, or its Python file; "" for all that come with
             goalscope.
-        methods: Methods of the episodes to rate, see `Agent`; empty for all.
+        methods: Ablations of the episodes to rate, see `Agent`; empty for all.
         transcript: Whether the conversation is shown, which the paper leaves out.
         ratings_per_item: Number of ratings wanted, from people who finish.
         items_per_participant: Number of items that each participant rates.
@@ -73,7 +73,7 @@ class Plan:
     )  # fmt: skip
     thanks: str = "You may close this page."
     domain: str = ""
-    methods: tuple[Method, ...] = ()
+    methods: tuple[Ablation, ...] = ()
     transcript: bool = False
     ratings_per_item: Annotated[int, Interval(ge=1, le=1_000_000)] = 5
     items_per_participant: Annotated[int, Interval(ge=1, le=200)] = 10

@@ -19,7 +19,7 @@ from fastapi.staticfiles import StaticFiles
 from pydantic import BaseModel
 from starlette.exceptions import HTTPException
 
-from goalscope.agent.agent import Method
+from goalscope.agent.agent import Ablation
 from goalscope.agent.planner import replay
 from goalscope.agent.round import Round
 from goalscope.agent.settings import Settings, settings_of
@@ -49,7 +49,7 @@ KEEPALIVE = 15.0
 """Seconds after which a silent stream of events sends a comment."""
 ERRORS = (400, 401, 403, 404, 405, 409, 413, 422, 503)
 
-METHODS: dict[Method, str] = {
+METHODS: dict[Ablation, str] = {
     "good": "infers goals, and plans for the likeliest",
     "no-inference": "asks the model which goal is likeliest",
     "no-goals": "plans from your words alone",
@@ -60,7 +60,7 @@ class NewEpisode(RequestBody):
     """The episode to start, by default in the first domain."""
 
     domain: str | None = None
-    method: Method = "good"
+    method: Ablation = "good"
     scene: str | None = None
 
 
@@ -99,7 +99,7 @@ class DomainView(BaseModel):
 class MethodView(BaseModel):
     """A method of the agent."""
 
-    name: Method
+    name: Ablation
     about: str
 
 
