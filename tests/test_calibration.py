@@ -18,7 +18,6 @@ from goalscope.base.types import UNSPECIFIED, Goal, GoalscopeError, InvalidInput
 from goalscope.belief.belief import Belief, log_posteriors
 from goalscope.belief.calibration import (
     DEFAULT,
-    LAST_TURN,
     PAPER,
     SHIPPED,
     YOURS,
@@ -82,7 +81,7 @@ def test_switching_agrees_with_all_sequences_of_goals(belief: Belief) -> None:
         if turn:
             speaks = 1 - (now @ row) / (prior @ row)
             speaks *= speaks >= 0.01
-            chances.append(1.0 if way.switching == 1 else way.switching * speaks**4)
+            chances.append(way.switching * speaks**4)
         found = np.zeros(g)
         for path in itertools.product(range(g), repeat=turn + 1):
             weight = prior[path[0]] * words[range(turn + 1), path].prod()
@@ -234,14 +233,14 @@ def test_what_is_wrong_with_a_calibration_file_is_named(tmp_path: Path, changed,
 
 
 def test_names_and_files_name_calibrations(tmp_path: Path) -> None:
-    names = {"paper": PAPER, "default": DEFAULT, "last-turn": LAST_TURN}
+    names = {"paper": PAPER, "default": DEFAULT}
     assert {name: calibration_named(name) for name in names} == names
-    assert (PAPER, LAST_TURN.switching) == (Calibration(1.0, 0.0, None, 0.0, 1.0), 1.0)
+    assert Calibration(1.0, 0.0, None, 0.0, 1.0) == PAPER
     mine = Calibration(3.0, 0.2, 0.4, 0.01, 0.1, 0.3, 7, ((0.1, 0.2),))
     keep_calibration(tmp_path / "new" / "mine.json", mine, {"model": "m"})
     assert calibration_named(str(tmp_path / "new" / "mine.json")) == mine
     assert json.loads((tmp_path / "new" / "mine.json").read_text())["model"] == "m"
-    with pytest.raises(InvalidInputError, match="paper, default, last-turn"):
+    with pytest.raises(InvalidInputError, match="paper, default"):
         calibration_named("papr")
     with pytest.raises(GoalscopeError, match="Cannot write"):
         keep_calibration(tmp_path, mine, {})
@@ -310,9 +309,10 @@ def test_a_calibration_is_of_one_model_with_its_adapter_and_prompt(
     same.write_bytes(b"a")
     other.write_bytes(b"b")
     adapted = SimpleNamespace(name=SCORER.name, adapter=one)
-    keep_calibration(calibration_file(adapted, "goal-last"), LAST_TURN, {})
-    assert known(adapted) == LAST_TURN
-    assert known(SimpleNamespace(name=SCORER.name, adapter=same)) == LAST_TURN
+    forgets = Calibration(switching=0.9)
+    keep_calibration(calibration_file(adapted, "goal-last"), forgets, {})
+    assert known(adapted) == forgets
+    assert known(SimpleNamespace(name=SCORER.name, adapter=same)) == forgets
     for unlike in (SCORER, SimpleNamespace(name=SCORER.name, adapter=other),
                    SimpleNamespace(name="another", adapter=one)):  # fmt: skip
         assert known(unlike) == DEFAULT

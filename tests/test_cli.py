@@ -15,7 +15,6 @@ from goalscope.base.types import UNSPECIFIED, Goal
 from goalscope.belief.belief import Belief
 from goalscope.belief.calibration import (
     DEFAULT,
-    LAST_TURN,
     PAPER,
     calibration_from_json,
     keep_calibration,
@@ -61,7 +60,7 @@ def test_what_cannot_be_found_is_said_in_one_line(shop, tmp_path):
     assert "no.gguf" in fails(1, "run", "--profile", "baker", *shop, "--model", missing)
     assert "no.csv" in fails(2, "chat", "--catalogue", tmp_path / "no.csv")
     assert "NAME=TITLE" in fails(2, "run", "--profile", "baker", *shop, "--column", "name")
-    assert "last-turn" in fails(2, "run", "--profile", "baker", *shop, "--calibration", "papr")
+    assert "default" in fails(2, "run", "--profile", "baker", *shop, "--calibration", "papr")
     for given in ("often", "1.5"):
         assert '"paper"' in fails(2, "run", "--profile", "baker", *shop, "--propose", given)
     assert "goalscope episodes" in fails(2, "replay", "nothing")
@@ -184,7 +183,7 @@ def test_infer_does_not_mix_settings(tmp_path):
 def test_infer_believes_as_it_is_told(tmp_path, words):
     file = rows_file(tmp_path, ROW)
     keep_calibration(tmp_path / "mine.json", replace(DEFAULT, temperature=7.0), {})
-    names = {"paper": PAPER, "last-turn": LAST_TURN, str(tmp_path / "mine.json"): None}
+    names = {"paper": PAPER, "default": DEFAULT, str(tmp_path / "mine.json"): None}
     lines = []
     for name, known in names.items():
         out = tmp_path / f"{len(lines)}.jsonl"
@@ -192,11 +191,10 @@ def test_infer_believes_as_it_is_told(tmp_path, words):
         lines.append([json.loads(line) for line in out.read_text().splitlines()])
         settings = calibration_from_json(lines[-1][1]["settings"]["calibration"])
         assert settings == (known or replace(DEFAULT, temperature=7.0))
-    paper, last, mine = ([line["log_posterior"] for line in each] for each in lines)
+    paper, _, mine = ([line["log_posterior"] for line in each] for each in lines)
     rows = [line["log_likelihood"] for line in lines[0]]
     odds = [row[0] - row[1] for row in rows]
     assert paper[1][0] - paper[1][1] == pytest.approx(sum(odds))
-    assert last[1][0] - last[1][1] == pytest.approx(odds[1])
     assert mine[0][0] - mine[0][1] == pytest.approx(odds[0] / 7)
     said = fails(2, "infer", file, "--out", tmp_path / "0.jsonl", "--calibration", "default")
     assert "written with another calibration. Name another file" in said

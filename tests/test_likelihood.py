@@ -109,9 +109,9 @@ def test_a_broken_text_is_refused_and_changes_nothing() -> None:
         ({"model": WordModel}, r"open_model\("),
         ({"goals": "bake cake"}, "goals must be a list"),
         ({"likelihood": "goal-last"}, "likelihood"),
-        ({"calibration": "papr"}, "Name paper, default, last-turn, or a file"),
-        ({"calibration": 2.0}, "one of paper, default, last-turn"),
-        ({"calibration": {}}, "one of paper, default, last-turn"),
+        ({"calibration": "papr"}, "Name paper, default, or a file"),
+        ({"calibration": 2.0}, "one of paper, default"),
+        ({"calibration": {}}, "one of paper, default"),
     ],
 )
 def test_wrong_arguments_of_a_tracker_are_refused(given: Any, message: str) -> None:

@@ -215,7 +215,7 @@ def test_there_are_as_many_cells_as_the_product_of_the_axes(tmp_path):
                 "grocery",
                 methods=("good", "no-goals", "no-inference"),
                 humans=("scripted", "terse"),
-                calibrations=("default", "last-turn"),
+                calibrations=("default", "paper"),
                 layouts=both,
                 seeds=(0, 1),
             ),
@@ -248,7 +248,7 @@ def test_episodes_may_propose_and_be_prompted_as_in_the_paper(tmp_path):
 
 def test_a_calibration_is_a_name_or_a_file_beside_the_toml_whose_content_counts(tmp_path):
     part = "episodes = {{domain = 'grocery', profiles = 'cafe', calibrations = {}}}"
-    assert "paper, default, last-turn" in refused(tmp_path, part.format("['paper', 'no.json']"))
+    assert "paper, default" in refused(tmp_path, part.format("['paper', 'no.json']"))
     specs = []
     for temperature in (2.0, 2.0, 3.0):
         keep_calibration(tmp_path / "mine.json", Calibration(temperature), {})

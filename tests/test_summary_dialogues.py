@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from goalscope.base.stats import Interval, bootstrap_mean
-from goalscope.belief.calibration import LAST_TURN, Calibration
+from goalscope.belief.calibration import Calibration
 from goalscope.experiment.dialogues import (
     FITTED_FROM,
     after_turn,
@@ -97,7 +97,7 @@ def test_role_play_adds_up_turns_and_is_calibrated_as_its_cell_says() -> None:
     assert tempered["log-loss"].value == pytest.approx(losses[0])
     own = row(table, "goalscope", "last")  # of each dialogue its own last turn
     assert (own["n"], own["log-loss"].value) == (2, pytest.approx(last_loss))
-    last = [(s, {**r, "calibration": asdict(LAST_TURN)}) for s, r in DIALOGUES]
+    last = [(s, {**r, "calibration": asdict(Calibration(switching=0.9))}) for s, r in DIALOGUES]
     assert row(dialogues_table(last), "goalscope, Eq. 1", "2") == second
 
 

@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 
 from goalscope.base.types import UNSPECIFIED, Goal
 from goalscope.belief.belief import Belief
-from goalscope.belief.calibration import DEFAULT, LAST_TURN, PAPER, Calibration
+from goalscope.belief.calibration import DEFAULT, PAPER, Calibration
 
 IMPOSSIBLE = Decimal(0)
 BATCH = 25
@@ -53,8 +53,8 @@ def hazard(
         sum((each * words for each, words in zip(belief, heard, strict=True)), IMPOSSIBLE)
         for belief in (now, prior)
     )
-    if switching == 1 or not fresh:
-        return switching if switching == 1 else IMPOSSIBLE
+    if not fresh:
+        return IMPOSSIBLE
     speaks = 1 - same / fresh
     return switching * speaks**4 if speaks >= Decimal("0.01") else IMPOSSIBLE
 
@@ -87,7 +87,7 @@ def exact(belief: Belief) -> list[list[Decimal]]:
 
 
 share = st.floats(0, 1)
-calibrations = st.sampled_from([PAPER, PAPER, PAPER, DEFAULT, LAST_TURN]) | st.builds(
+calibrations = st.sampled_from([PAPER, PAPER, PAPER, DEFAULT]) | st.builds(
     Calibration,
     st.floats(0.1, 20),
     share,

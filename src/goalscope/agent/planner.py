@@ -178,7 +178,10 @@ class NeedPlanner:
             for goal in goals
         ]
         if any(found):
-            values = [{each: share - env.agreed for each, share in row.items()} for row in found]
+            values = [
+                {each: max(share - env.agreed, -1.0) for each, share in row.items()}
+                for row in found
+            ]
             missing = -env.agreed
         else:
             values, missing = self._judged(env, goals, leading, said, served), -1.0

@@ -113,8 +113,9 @@ class Belief:
     def log_posteriors(self) -> Array:
         """[T + 1, G] log P(g | transcript up to turn t) in nats; row 0 is the prior.
 
-        The forward filter of a hidden Markov model whose hazard rate is `switching`, scaled down
-        where the words do not speak for a change of mind. A row is all -inf if the words are
+        Without `switching` it is Eq. 1. With it, the words also decide how much of the belief
+        before them is forgotten (see `Calibration.switching`), so it is no filter of a hidden
+        Markov model, whose hazard would not depend on them. A row is all -inf if the words are
         impossible under every goal.
         """
         table = weighed(self.log_likelihood, self.weights)
@@ -401,14 +402,12 @@ def _log_hazard(switching: float, before: Array, prior: Array, words: Array) -> 
     """[..., 1] log-probability of a change of mind before the words of a turn.
 
     It is `switching` times (1 - P(words | belief before) / P(words | prior))^4 if the bracket is
-    0.01 or more, and 0 otherwise. A `switching` of 1 always means a change.
+    0.01 or more, and 0 otherwise.
     """
     peak: Array = words.max(-1, keepdims=True, initial=-np.inf)
     words = words - np.where(np.isneginf(peak), 0.0, peak)  # so that few digits cancel
     same = np.logaddexp.reduce(before + words, -1, keepdims=True)
     fresh = np.logaddexp.reduce(prior + words, -1, keepdims=True)
-    if switching == 1:
-        return np.zeros_like(same)
     with np.errstate(invalid="ignore", divide="ignore"):
         ratio: Array = np.exp(np.minimum(same - fresh, 0.0))
         speaks = np.where(np.isneginf(fresh) | (1.0 - ratio < _FAINTLY), 0.0, 1.0 - ratio)

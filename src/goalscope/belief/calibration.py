@@ -27,8 +27,8 @@ class Calibration:
     """How much words count as evidence, and the priors of Unspecified and a change of mind.
 
     Attributes:
-        temperature: Divides the log-likelihoods. Above 1 the belief moves more slowly, as the
-            turns of a person are not independent given a goal. 1 in the paper.
+        temperature: Divides the log-likelihoods: a power posterior. Above 1 the belief moves more
+            slowly, which suits a likelihood that is a wrong model of people. 1 in the paper.
         reference: Weight of the mean over the other goals in the log-likelihood of Unspecified;
             the rest is the prompt without a goal. Any goal in the prompt makes the words of its
             domain likelier, so their mean shows better whether one goal stands out. With G goals
@@ -39,7 +39,8 @@ class Calibration:
         switching: Probability, before each turn but the first, that the person has changed their
             mind and draws a goal from the prior. It is multiplied by (1 - P(words | belief before)
             / P(words | prior))^4, or by 0 if the words are likelier under the belief before
-            (docs/log.md). 0 in the paper; with 1 only the last turn counts.
+            (docs/log.md): a discount, as in power posteriors, and no model of how minds change. 0
+            in the paper.
         aside: Weight of words that tell no aim and ask for nothing new: a bare yes or no, "undo
             that" (see `goalscope.language.orders.is_aside`). A tracker that reads nothing gives all
             words the weight 1, as the paper does.
@@ -100,15 +101,12 @@ def calibration_from_json(data: object) -> Calibration:
 PAPER = Calibration()
 """Bayes' rule as in the paper (Eq. 1)."""
 
-LAST_TURN = Calibration(switching=1.0)
-"""Only the last turn counts."""
-
 DEFAULT = Calibration(
     temperature=2.0, reference=1 / 3, prior_unspecified=0.5, switching=0.1, aside=0.0, orders=0.5
 )
 """For models that were not calibrated (docs/log.md)."""
 
-NAMED = {"paper": PAPER, "default": DEFAULT, "last-turn": LAST_TURN}
+NAMED = {"paper": PAPER, "default": DEFAULT}
 """The named calibrations."""
 
 YOURS, SHIPPED = "yours", "shipped with goalscope"
@@ -116,7 +114,7 @@ YOURS, SHIPPED = "yours", "shipped with goalscope"
 
 
 def calibration_named(name: str) -> Calibration:
-    """The calibration with a name ("paper", "default", "last-turn"), or from a file.
+    """The calibration with a name ("paper", "default"), or from a file.
 
     Raises:
         InvalidInputError: There is no such name or file, or the file is not a calibration.

@@ -69,7 +69,7 @@ class GoalTracker:
         goals: Goals to start with, besides `UNSPECIFIED`.
         include_unspecified: Whether "no stated goal" is one of the hypotheses.
         likelihood: Evidence of a turn; by default the role-play likelihood of `model`.
-        calibration: A `Calibration`, its name ("paper", "default", "last-turn") or a file of
+        calibration: A `Calibration`, its name ("paper", "default") or a file of
             `goalscope calibrate`; None for that of the likelihood.
 
     Raises:

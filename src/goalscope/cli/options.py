@@ -100,7 +100,7 @@ CalibrationName = Annotated[
     str | None,
     typer.Option(
         "--calibration",
-        metavar="paper|default|last-turn|FILE",
+        metavar="paper|default|FILE",
         help="How evidence becomes probabilities.  [default: the model's own for given goals, the "
         "default one for an agent]",
     ),
