@@ -12,6 +12,7 @@ from goalscope.base.stats import (
     Interval,
     auroc,
     bootstrap_mean,
+    holm,
     paired_difference,
     pooled_sd_of_mean,
     proportion,
@@ -246,3 +247,19 @@ def test_aurocs_interval_resamples_groups() -> None:
     doubled = auroc([*positive] * 2, [*negative] * 2, [str(i % 60) for i in range(120)])
     assert doubled[0] == pytest.approx(alone)
     assert (doubled[1].low, doubled[1].high) == pytest.approx((own.low, own.high))
+
+
+def test_holms_correction_by_hand() -> None:
+    assert holm([0.01, 0.04, 0.03, 0.005]) == pytest.approx([0.03, 0.06, 0.06, 0.02])
+    assert holm([0.6, 0.7]) == [1, 1]
+    assert holm([0.2]) == [0.2]
+    assert holm([]) == []
+
+
+@given(st.lists(st.floats(0, 1), min_size=1, max_size=9))
+def test_holms_correction_raises_p_and_keeps_their_order(p: list[float]) -> None:
+    found = holm(p)
+    assert all(own <= corrected <= 1 for own, corrected in zip(p, found, strict=True))
+    assert min(found) == min(1, len(p) * min(p))
+    pairs = sorted(zip(p, found, strict=True))
+    assert [corrected for _, corrected in pairs] == sorted(found)

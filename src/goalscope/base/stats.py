@@ -269,6 +269,23 @@ def paired_difference(
     return Difference(float(gaps.mean()), bootstrap_mean(gaps, seed=seed), p, len(gaps))
 
 
+def holm(p: Sequence[float] | Array) -> list[float]:
+    """Holm's correction of the p of several tests: the chance of any false alarm among them.
+
+    Args:
+        p: One for each test.
+
+    Returns:
+        The corrected p, in the same order.
+    """
+    values = np.asarray(p, dtype=np.float64)
+    order = values.argsort(kind="stable")
+    steps = values[order] * np.arange(len(values), 0, -1)
+    corrected = np.empty_like(values)
+    corrected[order] = np.maximum.accumulate(steps).clip(max=1.0)
+    return corrected.tolist()
+
+
 def scores(log_posterior: Sequence[float] | Array, truth: int) -> Scores:
     """Score one belief against the goal that was true.
 
