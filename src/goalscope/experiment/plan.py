@@ -420,8 +420,7 @@ def _episode_specs(part: EpisodesPart, model: Model) -> Iterator[dict[str, Any]]
         fixed["propose"] = part.propose
     if part.k != K:
         fixed["k"] = part.k
-    if own := _own_likelihood(part):
-        fixed["likelihood"] = own["likelihood"]
+    likelihood = _own_likelihood(part).get("likelihood")
     if part.prompted:
         fixed["prompted"] = [*modules_named(part.prompted)]
     settings = Settings(
@@ -429,7 +428,6 @@ def _episode_specs(part: EpisodesPart, model: Model) -> Iterator[dict[str, Any]]
         profiles=fixed["profiles"],
         catalogue=fixed["catalogue"],
         scene=part.scene,
-        likelihood=fixed.get("likelihood"),
     )
     known = {profile.name: profile for profile in profiles_of(settings)}
     if not known:
@@ -453,12 +451,15 @@ def _episode_specs(part: EpisodesPart, model: Model) -> Iterator[dict[str, Any]]
             "calibration": calibration,
             "layout": layout,
         }
+        own = {"likelihood": likelihood} if likelihood and method == "good" else {}
         yield {
             "kind": "episode",
-            "settings": {**fixed, **axes, "seed": seed},
+            "settings": {**fixed, **axes, **own, "seed": seed},
             "profile": name,
             "person": person_of(known[name]),
-            "files": hashes_of(replace(settings, calibration=calibration, method=method)),
+            "files": hashes_of(
+                replace(settings, calibration=calibration, method=method, **own)
+            ),
             "model": model,
         }
 
