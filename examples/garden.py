@@ -77,9 +77,9 @@ class Garden(Proactive):
         return f"{'Here' if it in self.things else 'Not here'}: {it}." if it else self.state().text
 
     def checks_met(self, profile):
-        there, checks = {*self.things}, profile.checks
-        met = [there & {*c.get("has", there)} and not there & {*c.get("lacks", ())} for c in checks]
-        return Checks(tuple(self.things != (TREE,) and bool(each) for each in met))
+        there, checks = {"", *self.things}, profile.checks
+        met = [there & {*c.get("has", [""])} and not there & {*c.get("lacks", ())} for c in checks]
+        return Checks(tuple(map(bool, met)))
 
     def actions(self, name, dialogue):
         no = [singulars(each.what) for each in dialogue.limits if each.do == "avoid"]

@@ -24,7 +24,7 @@ PROFILES = """
 name = "baker"
 description = "You want to bake a chocolate cake."
 replies = ["I need cocoa powder to bake a cake.", "And milk."]
-checks = [{must_have = ["cocoa"]}, {bought = true}]
+checks = [{must_have = ["cocoa"]}]
 """
 ROW = {
     "id": "a",

@@ -44,7 +44,7 @@ replies = [
     "Please add cocoa powder.", "It is for Sunday.", "2 packs of plain flour, please.",
     "Also eggs.", "Please remove the flour.", "And green tea.", "Add whole milk.",
 ]
-checks = [{must_have = ["cocoa"]}, {bought = true}]
+checks = [{must_have = ["cocoa"]}]
 
 [[profile]]
 name = "drinker"

@@ -15,6 +15,7 @@ from goalscope.experiment.results import Results, cell_key
 from goalscope.report import read_report
 from goalscope.report.figures import Figure
 from goalscope.storage.store import round_to_json
+from test_summary import made_of
 
 pytest.importorskip("matplotlib")
 pytest.importorskip("scipy.stats")
@@ -69,7 +70,7 @@ def episode(method: str, profile: str, score: float) -> tuple[dict, dict]:
     begin = {"domain": "grocery", "profile": profile, "method": method, "model": "", "task": "t"}
     own = rounds() if method == "good" else []
     made = {"begin": begin, "rounds": [round_to_json(r) for r in own], "ended": "terminated"}
-    result = {"episode": {**made, "score": score}, "score": score, "rounds": 3, "replans": 0}
+    result = {"episode": {**made, "score": score}, **made_of(score), "rounds": 3, "replans": 0}
     return spec, {**result, "terminated": True, "empty": False, "outcome": "", "actions": []}
 
 
@@ -117,7 +118,7 @@ def in_settings() -> list[tuple[dict, dict]]:
     others = [
         (
             {**spec, "settings": {**spec["settings"], **own}},
-            {**result, "score": result["score"] / 2},
+            {**result, "start": result["start"] * 2, "met": result["met"] + result["start"]},
         )
         for own in settings
         for spec, result in runs

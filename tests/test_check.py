@@ -32,7 +32,7 @@ def planted(tmp_path: Path, right: str, wrong: str) -> Settings:
 
 
 RESULT = "return StepResult(action, True, self.state().text, terminated=ends, irreversible=lasts)"
-MET = "return Checks(tuple(self.things != (TREE,) and bool(each) for each in met))"
+MET = "return Checks(tuple(map(bool, met)))"
 
 
 @pytest.mark.parametrize(
@@ -69,7 +69,8 @@ MET = "return Checks(tuple(self.things != (TREE,) and bool(each) for each in met
          '"wildflowrs", "lavender", "insect hotel"),\n    ("watch', "did you mean .'wildflowers'"),
         (MET, "return met", "`checks_met` must give Checks, not"),
         (MET, "return Checks((True,))", "Checks with 3 bools, one for each check of bees, not Ch"),
-        (MET, "return Checks(tuple(map(bool, met)))", "counts checks of bees before any action"),
+        (MET, "return Checks((True,) * 3)", "all checks of bees hold before any action"),
+        (MET, "return Checks(tuple(map(bool, met)), self.things)", "unwanted things for bees"),
         ('if each.name == "remove"]', 'if each.name == "x"]', "what `undo` gives must succeed"),
         ("in reversed(dialogue.to_undo) if each.action.name in INVERSE]",
          "in reversed(dialogue.to_undo) if each.action.name == 'add']",

@@ -69,7 +69,7 @@ def test_run_prints_the_outcomes_as_json_and_replays(shop, store_file):
     (outcome,) = json.loads(result.stdout)
     assert set(outcome) == {
         *("profile", "method", "model", "seed", "score", "rounds", "terminated", "episode"),
-        "unwanted",
+        *("needs", "needs_met", "violated", "unwanted"),
     }
     assert (outcome["profile"], outcome["method"]) == ("baker", "good")
     assert outcome["terminated"] is True
@@ -105,7 +105,7 @@ def test_a_profile_may_have_any_name(shop, words, tmp_path):
     (tmp_path / "people.toml").write_text(text)
     result = run("run", "--profile", name, *shop, "--rounds", "1")
     assert result.exit_code == 0
-    checks = result.stdout[result.stdout.index("Checks") : result.stdout.index("Episode")]
+    checks = result.stdout[result.stdout.index("Needs") : result.stdout.index("Episode")]
     assert "cocoa" in checks
     assert "\x1b" not in fails(2, "run", "--profile", "nobody", *shop)
 

@@ -16,11 +16,12 @@ from goalscope.cli.display import (
     show_belief,
     show_episodes,
     show_header,
+    show_outcome,
     show_round,
     show_scores,
     show_summary,
-    show_unwanted,
 )
+from goalscope.envs import Outcome
 from goalscope.language.orders import Order, Reading
 from goalscope.models.llama.model import embedded_path
 from goalscope.models.llama.weights import Weights
@@ -183,17 +184,33 @@ def test_the_frame_of_an_episode():
     )  # fmt: skip
     assert "ab12" in drawn(show_header, info)
     assert "done after 4 rounds, score 0.75, 1.5 s" in drawn(show_summary, info, 1.5)
-    table = drawn(show_scores, [(info, None), (info, None)])
+    table = drawn(show_scores, [(info, None), (info, OUTCOME)])
     assert table.count("baker") == 2
-    assert "mean" in table
-    assert "unwanted" not in table
-    other = replace(info, id="cd34")
-    told = drawn(show_scores, [(info, None), (other, ["Balloons", "Nappies", "Soap"])])
-    assert "unwanted" in told
-    assert "3.0" in told.splitlines()[-2]
-    unwanted = drawn(show_unwanted, ["Balloons", "Soap"], width=200)
-    assert unwanted.strip().endswith("checks nor its welcome list: Balloons, Soap")
-    assert "Everything in the result is named by" in drawn(show_unwanted, [], width=200)
+    assert "2 of 3" in table
+    assert "mean" in table.splitlines()[-2]
+    assert "0.75" in table.splitlines()[-2]
+
+
+CHECKS = [{"must_have": ["milk", "cream"]}, {"max_total": 9}, {"must_have": ["tea"]}, {"has": "x"}]
+OUTCOME = Outcome((False, True, False, False), (True, False, True, False), ("Balloons", "Soap"))
+
+
+def test_the_outcome_tells_needs_and_prohibitions_and_what_the_score_is_made_of():
+    text = drawn(show_outcome, CHECKS, OUTCOME, encoding="ascii", width=200)
+    assert [line.rstrip() for line in text.splitlines()] == [
+        "Needs",
+        "  ok must_have: milk, cream",
+        "  ok must_have: tea",
+        "  no has: x",
+        "Prohibitions",
+        "  no max_total: 9",
+        "Unwanted: Balloons, Soap",
+    ]
+    made = "needs 2 of 3, violated 1, unwanted 2: score 0.33, 1.5 s"
+    assert made in drawn(show_summary, EPISODE, 1.5, OUTCOME, width=200)
+    untold = replace(OUTCOME, unwanted=None)
+    assert "no welcome list" in drawn(show_outcome, CHECKS, untold)
+    assert "violated 1: score 0.50" in drawn(show_summary, EPISODE, None, untold, width=200)
 
 
 EPISODE = EpisodeInfo(

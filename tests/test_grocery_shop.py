@@ -7,6 +7,7 @@ from dataclasses import replace
 import pytest
 
 from goalscope.base.types import Action, Profile
+from goalscope.envs import Outcome
 from goalscope.envs.check import check_env
 from goalscope.envs.grocery import Catalogue, GroceryShop, Item, load_profiles
 from goalscope.envs.grocery.quantities import packages
@@ -354,8 +355,8 @@ def test_each_shopper_can_be_satisfied_from_the_shipped_catalogue(profile: Profi
             if all(trial.checks_met(wish).met) and item.name not in opened.basket:
                 opened.step(Action("add item", item.name, check.get("min_quantity", 1)))
                 break
-    assert all(opened.checks_met(profile).met)
-    assert not any(shop().checks_met(profile).met)
+    start, end = shop().checks_met(profile), opened.checks_met(profile)
+    assert Outcome(start.met, end.met, end.unwanted).score == 1
 
 
 def test_a_guess_counts_towards_what_is_asked_for() -> None:

@@ -40,13 +40,14 @@ PEOPLE = """
 name = "shopper"
 description = "You want milk."
 replies = ["Please add whole milk."]
-checks = [{must_have = ["milk"]}, {bought = true}]
+checks = [{must_have = ["milk"]}, {must_not_have = ["tea"]}]
+welcome = ["sugar"]
 
 [[profile]]
 name = "silent"
-description = "You want nothing."
+description = "You want tea."
 replies = ["Buy the basket"]
-checks = [{bought = true}]
+checks = [{must_have = ["tea"]}]
 """
 
 
@@ -137,7 +138,7 @@ def test_a_result_that_cannot_be_stored_is_an_error_of_its_cell(results, monkeyp
 
 def test_people_who_are_edited_after_the_plan_are_not_measured(results, tmp_path, fake):
     specs = specs_of(shop(tmp_path, "silent"), None)
-    (tmp_path / "people.toml").write_text(PEOPLE.replace("You want nothing.", "You want tea."))
+    (tmp_path / "people.toml").write_text(PEOPLE.replace("You want tea.", "You want milk."))
     ((_, _, _, _), (_, error, done, _)) = run(specs, results)
     assert "have changed since the experiment was planned" in error
     assert done == 0
@@ -147,7 +148,7 @@ def test_people_who_are_edited_after_the_plan_are_not_measured(results, tmp_path
 def test_a_person_who_is_edited_is_measured_again_and_nobody_else_is(tmp_path):
     before = specs_of(shop(tmp_path, "silent", "shopper"), None)
     plan = shop(tmp_path, "silent", "shopper")
-    (tmp_path / "people.toml").write_text(PEOPLE.replace("You want nothing.", "You want tea."))
+    (tmp_path / "people.toml").write_text(PEOPLE.replace("You want tea.", "You want milk."))
     after = specs_of(plan, None)
     same = [cell_key(a) == cell_key(b) for a, b in zip(before, after, strict=True)]
     assert [(spec["profile"], each) for spec, each in zip(after, same, strict=True)] == [
@@ -201,8 +202,15 @@ def test_an_episode_becomes_one_of_the_store(results, tmp_path, model, monkeypat
     assert len(rounds) == kept["rounds"] == 3
     assert rounds[0].turn.utterance == "Please add whole milk."
     assert (info.profile, info.method, info.ended) == ("shopper", "no-goals", "terminated")
-    assert kept["checks"] == [True, True]
-    assert kept["score"] == info.score == 1
+    assert (kept["start"], kept["met"], kept["unwanted"]) == ([False, True], [True, True], [])
+    assert info.score == 1
+    floor = {"score": 0, "needs met": 0, "violated": 0, "unwanted": 0}
+    milk = {**floor, "score": 1, "needs met": 1}
+    tea = {**floor, "violated": 1, "unwanted": 1}
+    either = {key: (milk[key] + tea[key]) / 2 for key in floor}
+    both = {"score": 1 / 3, "needs met": 1, "violated": 1, "unwanted": 1}
+    trivial = {"nothing": floor, "random item": either, "everything": both}
+    assert kept["trivial"] == trivial  # the shop has no bananas
     assert "Whole Milk" in kept["outcome"]
     assert any("Whole Milk" in act for act in kept["actions"])
     assert (kept["terminated"], kept["empty"]) == (True, False)

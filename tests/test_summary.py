@@ -4,6 +4,7 @@ import csv
 import io
 import json
 import math
+from fractions import Fraction
 
 import numpy as np
 import pytest
@@ -40,6 +41,13 @@ def row(table: Table, *start: object) -> dict:
     """The row that begins with these entries; of a figure that it lacks, None."""
     (found,) = [r for r in table.rows if tuple(r.values())[: len(start)] == start]
     return dict.fromkeys(table.columns) | found
+
+
+def made_of(score: float) -> dict[str, object]:
+    """What the result of a run has of its checks, for a score that is a fraction."""
+    met, needs = Fraction(score).limit_denominator(99).as_integer_ratio()
+    end = [True] * met + [False] * (needs - met)
+    return {"start": [False] * needs, "met": end, "unwanted": None}
 
 
 def test_figures_read_as_people_write_them() -> None:

@@ -1,6 +1,7 @@
 """Tables of episodes and of those who judged them, computed by hand from a few cells."""
 
 import math
+from itertools import combinations
 
 import pytest
 
@@ -8,17 +9,18 @@ from goalscope.base.stats import bootstrap_mean
 from goalscope.experiment.episodes import episode_tables, read_episodes
 from goalscope.experiment.results import Cell, cell_key
 from goalscope.experiment.summary import Estimate, Table
-from test_summary import column, row
+from test_summary import column, made_of, row
 
 X = {"model": "/m/x.gguf"}
 
 
-def episode(method: str, profile: str, score: float, *, seed: int = 0, **result):
+def episode(method: str, profile: str, score: float, *, seed: int = 0, own: str = "", **result):
     settings = {"domain": "grocery", "human": "scripted", "method": method, "seed": seed}
+    settings |= {"likelihood": own} if own else {}
     more = {"rounds": 4, "terminated": True, "replans": 1, "empty": False, "actions": ["add"]}
     return (
         {"kind": "episode", "settings": settings, "profile": profile, "model": X},
-        {"score": score, "outcome": f"{method} {profile} {seed}", **more, **result},
+        {**made_of(score), "outcome": f"{method} {profile} {seed}", **more, **result},
     )
 
 
@@ -105,6 +107,8 @@ def test_differences_pair_profiles() -> None:
     assert score["profiles"] == 2
     assert score["difference"] == Estimate(0.5, None, "percent")  # equal in both
     assert score["p"] == 0.5  # two pairs cannot show more
+    assert score["p (Holm)"] == 1  # twice as much, for two comparisons
+    assert "the comparisons of this table, 2." in table.notes[0]
     judged = row(table, "judge score")
     assert (judged["profiles"], judged["difference"]) == (1, Estimate(0.5, None, "percent"))
     assert judged["p"] == 1
@@ -112,9 +116,40 @@ def test_differences_pair_profiles() -> None:
 
 def test_differences_need_common_seeds() -> None:
     (found,) = episodes_of([GOOD[0], episode("no-goals", "cake", 0.0, seed=1)])
-    assert found["differences"].texts()[1:] == [["score", "good minus no-goals", "0", "-", "-"]]
+    empty = ["score", "good minus no-goals", "0", "-", "-", "-"]
+    assert found["differences"].texts()[1:] == [empty]
     (found,) = episodes_of(NONE)
     assert found["differences"].rows == []
+
+
+def test_any_two_methods_are_compared_and_ones_own_has_its_name() -> None:
+    mine = [episode("good", name, 0.0, own="/at/home/mine.py:Mine") for name in ("cake", "soup")]
+    other = [episode("no-inference", name, 0.5) for name in ("cake", "soup")]
+    (found,) = episodes_of([*mine, *other, *NONE, *GOOD])
+    names = ["good", "no-goals", "no-inference", "mine.py:Mine"]
+    assert column(found["methods"], "method") == names
+    assert row(found["methods"], "mine.py:Mine")["score"].value == 0
+    pairs = [f"{one} minus {two}" for one, two in combinations(names, 2)]
+    assert column(found["differences"], "methods") == pairs
+    last = row(found["differences"], "score", "no-inference minus mine.py:Mine")
+    assert last["difference"].value == 0.5
+    again = [episode("good", "cake", 0.0, own=f"/{folder}/mine.py:Mine") for folder in "ab"]
+    (found,) = episodes_of(again)
+    assert column(found["methods"], "method") == ["/a/mine.py:Mine", "/b/mine.py:Mine"]
+
+
+def test_trivial_policies_are_rows_below_the_methods_and_are_compared_with_none() -> None:
+    floor = {"score": 0.0, "needs met": 0.0, "violated": 0.0}
+    some = {**floor, "score": 0.25, "needs met": 0.5, "unwanted": 1.0}
+    told = {"trivial": {"random item": some, "nothing": floor}}
+    runs = [episode(way, "cake", 1.0, seed=n, **told) for way in ("good", "mine") for n in (0, 1)]
+    (found,) = episodes_of(runs)
+    table = found["methods"]
+    assert column(table, "method") == ["good", "mine", "nothing", "random item"]
+    drawn = row(table, "random item")
+    assert (drawn["profiles"], drawn["score"].value, drawn["unwanted"]) == (1, 0.25, 1)
+    assert column(found["profiles"], "method") == ["good", "mine"]
+    assert column(found["differences"], "methods") == ["good minus mine"]
 
 
 def test_profiles_show_what_was_not_run() -> None:
@@ -126,7 +161,7 @@ def test_profiles_show_what_was_not_run() -> None:
         ["soup", "good", "1", "50.0 %"],
         ["soup", "no-goals", "0", "-"],
     ]
-    assert table.texts()[-1][4:] == ["-", "-", "-", "-", "0", "-"]
+    assert table.texts()[-1][4:] == ["-", "-", "-", "-", "-", "-", "-", "0"]
 
 
 def test_unwanted_things_are_a_mean_over_the_runs_that_count_them() -> None:

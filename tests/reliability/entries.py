@@ -117,7 +117,7 @@ scene = "Kitchen1"
 description = "You want soup."
 replies = ["Tomato soup.", "No cream."]
 checks = [{ must_have = ["tomatoes"], tag = "vegan", min_quantity = 2 }, { max_total = 60 },
-    { must_not_have = ["cream"] }, { bought = true }]
+    { must_not_have = ["cream"] }, { bought = false }]
 """
 HOME_PROFILES = b"""
 [[profile]]

@@ -112,11 +112,6 @@ def load_method(name: str) -> str:
     return name
 
 
-def method_label(method: str) -> str:
-    """The name of a method for people: of one's own, that of the class or function."""
-    return method.rpartition(":")[2]
-
-
 def toolkit_for(settings: Settings, model: Model) -> Toolkit:
     """The modules that propose, remove, plan and ask in the domain."""
     is_paper = settings.preset == "paper"

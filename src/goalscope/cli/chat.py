@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 import sys
-from collections.abc import Callable, Generator, Sequence
+from collections.abc import Callable, Generator
 from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Literal
@@ -25,7 +25,7 @@ if TYPE_CHECKING:
     from goalscope.belief.belief import Belief
     from goalscope.belief.tracker import Correction
     from goalscope.cli.display import Scored
-    from goalscope.envs import Environment
+    from goalscope.envs import Environment, Outcome
     from goalscope.storage.session import Session
     from goalscope.storage.store import EpisodeInfo
 
@@ -256,14 +256,12 @@ def _run_one(session: Session, draw: Callable[[], None], *, quiet: bool, brief: 
                 display.show_round(out, round, before)
             draw()
             before = round.belief
-    info, unwanted = session.info, session.unwanted()
-    if session.profile and has_rounds:
-        display.show_checks(out, session.profile.checks, session.checks_met())
-        if unwanted is not None:
-            display.show_unwanted(out, unwanted)
+    info, outcome = session.info, session.outcome()
+    if session.profile and outcome and has_rounds:
+        display.show_outcome(out, session.profile.checks, outcome)
     if not quiet:
-        display.show_summary(out, info, time.monotonic() - start)
-    return info, unwanted
+        display.show_summary(out, info, time.monotonic() - start, outcome)
+    return info, outcome
 
 
 def correct(out: Console, session: Session, line: str) -> None:
@@ -418,7 +416,7 @@ def _resumable(session: Session) -> Generator[None]:
         raise
 
 
-def _outcome_json(info: EpisodeInfo, unwanted: Sequence[str] | None) -> dict[str, Any]:
+def _outcome_json(info: EpisodeInfo, outcome: Outcome | None) -> dict[str, Any]:
     from goalscope.base.text import model_shown
 
     return {
@@ -430,5 +428,8 @@ def _outcome_json(info: EpisodeInfo, unwanted: Sequence[str] | None) -> dict[str
         "rounds": info.rounds,
         "terminated": info.ended == "terminated",
         "episode": info.id,
-        "unwanted": unwanted,
+        "needs": outcome and outcome.needs,
+        "needs_met": outcome and outcome.needs_met,
+        "violated": outcome and outcome.violated,
+        "unwanted": outcome and outcome.unwanted,
     }

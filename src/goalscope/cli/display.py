@@ -21,10 +21,11 @@ if TYPE_CHECKING:
     from goalscope.agent.round import Round
     from goalscope.belief.belief import Belief
     from goalscope.belief.explain import Reason
+    from goalscope.envs import Outcome
     from goalscope.storage.store import EpisodeInfo
 
-    Scored = tuple[EpisodeInfo, Sequence[str] | None]
-    """An episode, and what is unwanted in its result, where the profile says what is welcome."""
+    Scored = tuple[EpisodeInfo, Outcome | None]
+    """An episode, and what was made of the start, where the domain has a score."""
 
 BAR = 20
 SHOWN = 8
@@ -107,9 +108,19 @@ def show_done(console: Console, round: Round) -> None:
     _rows(console, [(Text("!", "yellow"), terminal_safe(note)) for note in round.notes])
 
 
-def show_summary(console: Console, info: EpisodeInfo, seconds: float | None = None) -> None:
-    """Print how an episode ended."""
+def show_summary(
+    console: Console,
+    info: EpisodeInfo,
+    seconds: float | None = None,
+    outcome: Outcome | None = None,
+) -> None:
+    """Print how an episode ended, and what its score is made of, if that is known."""
     score = "" if info.score is None else f", score {info.score:.2f}"
+    if outcome:
+        told = outcome.unwanted is not None
+        unwanted = f", unwanted {len(outcome.unwanted or ())}" * told
+        needs = f"needs {outcome.needs_met} of {outcome.needs}"
+        score = f", {needs}, violated {outcome.violated}{unwanted}: score {outcome.score:.2f}"
     took = "" if seconds is None else f", {seconds:.1f} s"
     noun = "round" if info.rounds == 1 else "rounds"
     console.print(
@@ -117,42 +128,42 @@ def show_summary(console: Console, info: EpisodeInfo, seconds: float | None = No
     )
 
 
-def show_checks(console: Console, checks: Sequence[Mapping[str, Any]], met: Sequence[bool]) -> None:
-    """Print which of a profile's checks are met."""
-    rows = [
-        (
-            _mark(console, ok),
-            terminal_safe("; ".join(f"{key}: {_listed(value)}" for key, value in check.items())),
-        )
-        for check, ok in zip(checks, met, strict=True)
-    ]
-    _rows(console, rows, "Checks")
-
-
-def show_unwanted(console: Console, unwanted: Sequence[str]) -> None:
-    """Print what neither the profile's checks nor its `welcome` list names."""
-    text = "Everything in the result is named by the profile's checks or its welcome list."
-    if unwanted:
-        text = f"Named by neither the profile's checks nor its welcome list: {', '.join(unwanted)}"
-    console.print(terminal_safe(text, "dim"), soft_wrap=True)
+def show_outcome(console: Console, checks: Sequence[Mapping[str, Any]], outcome: Outcome) -> None:
+    """Print whether each need is met and each prohibition kept, and what is unwanted."""
+    told = [*zip(checks, outcome.start, outcome.met, strict=True)]
+    for title, held in (("Needs", False), ("Prohibitions", True)):
+        rows = [
+            (
+                _mark(console, now),
+                terminal_safe("; ".join(f"{key}: {_listed(each)}" for key, each in check.items())),
+            )
+            for check, before, now in told
+            if before == held
+        ]
+        _rows(console, rows, title)
+    unwanted = "not told: the profile has no welcome list"
+    if outcome.unwanted is not None:
+        unwanted = ", ".join(outcome.unwanted) or "nothing"
+    console.print(terminal_safe(f"Unwanted: {unwanted}", "dim"), soft_wrap=True)
 
 
 def show_scores(console: Console, scored: Sequence[Scored]) -> None:
-    """Print a table of profiles with the mean score, and the unwanted things where known."""
+    """Print a table of profiles with what the score is made of, and its mean."""
     scores = [info.score for info, _ in scored if info.score is not None]
-    counts = [len(unwanted) for _, unwanted in scored if unwanted is not None]
     table = Table("profile", "ended", "episode")
-    for heading in ("rounds", "score", *(["unwanted"] if counts else [])):
+    for heading in ("rounds", "needs", "violated", "unwanted", "score"):
         table.add_column(heading, justify="right")
-    for info, unwanted in scored:
+    for info, outcome in scored:
+        counts = ["", "", ""]
+        if outcome:
+            unwanted = "" if outcome.unwanted is None else str(len(outcome.unwanted))
+            counts = [f"{outcome.needs_met} of {outcome.needs}", str(outcome.violated), unwanted]
         score = "" if info.score is None else f"{info.score:.2f}"
-        count = "" if unwanted is None else f"{len(unwanted)}"
-        row = (terminal_safe(info.profile or ""), info.ending, info.id, str(info.rounds), score)
-        table.add_row(*row, *([count] if counts else []))
+        who = terminal_safe(info.profile or "")
+        table.add_row(who, info.ending, info.id, str(info.rounds), *counts, score)
     if scores:
         table.add_section()
-        mean = [f"{sum(counts) / len(counts):.1f}"] if counts else []
-        table.add_row("mean", "", "", "", f"{sum(scores) / len(scores):.2f}", *mean)
+        table.add_row("mean", *[""] * 6, f"{sum(scores) / len(scores):.2f}")
     console.print(table)
 
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from contextlib import AbstractContextManager
 from dataclasses import dataclass
 from types import TracebackType
@@ -14,7 +14,7 @@ from goalscope.language.dialogue_state import DialogueState
 from goalscope.language.orders import Order, Verb
 
 __all__ = ["GUESSED", "MENTIONED", "REQUIRED", "SEARCH"]
-__all__ += ["Checks", "Environment", "Pick", "Proactive", "Resolution", "State"]
+__all__ += ["Checks", "Environment", "Outcome", "Pick", "Proactive", "Resolution", "State"]
 __all__ += [
     "completion_phrase",
     "execute",
@@ -78,16 +78,62 @@ class Resolution:
 
 @dataclass(frozen=True, slots=True)
 class Checks:
-    """The score of a state for a profile.
+    """How a state stands to a profile.
 
     Attributes:
-        met: Whether the state meets each of the profile's checks, in order; empty in a domain that
-            does not score.
-        unwanted: Names of results that neither the checks nor the profile's `welcome` include.
+        met: Whether each of the profile's checks holds, in order; empty in a domain that does not
+            score.
+        unwanted: Names of results that neither the checks nor the profile's `welcome` include;
+            None where the profile does not say what is welcome.
     """
 
     met: tuple[bool, ...] = ()
-    unwanted: tuple[str, ...] = ()
+    unwanted: tuple[str, ...] | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class Outcome:
+    """What was made of the start for a profile: the score of an episode.
+
+    A check that does not hold at the start is a need. One that holds is a prohibition: it must not
+    be broken, and earns nothing.
+
+    Attributes:
+        start: Whether each check held at the start; one at least did not.
+        met: Whether each holds now.
+        unwanted: See `Checks`.
+    """
+
+    start: tuple[bool, ...]
+    met: tuple[bool, ...]
+    unwanted: tuple[str, ...] | None = None
+
+    @property
+    def needs(self) -> int:
+        """Number of needs."""
+        return self.start.count(False)
+
+    @property
+    def needs_met(self) -> int:
+        """Number of needs that are met."""
+        return sum(now and not before for before, now in self._pairs())
+
+    @property
+    def violated(self) -> int:
+        """Number of prohibitions that are broken."""
+        return sum(before and not now for before, now in self._pairs())
+
+    @property
+    def score(self) -> float:
+        """The Jaccard index of what was needed and what was done, 0 to 1.
+
+        It is m / (n + u + v) for n needs, of which m are met, u unwanted things and v violations;
+        u is 0 where `unwanted` is None.
+        """
+        return self.needs_met / (self.needs + len(self.unwanted or ()) + self.violated)
+
+    def _pairs(self) -> Iterable[tuple[bool, bool]]:
+        return zip(self.start, self.met, strict=True)
 
 
 class Environment(AbstractContextManager["Environment"]):
@@ -147,7 +193,7 @@ class Environment(AbstractContextManager["Environment"]):
         return ""
 
     def checks_met(self, profile: Profile) -> Checks:
-        """The score of the current state for a profile."""
+        """How the current state stands to a profile; `Outcome` makes it a score."""
         return Checks()
 
     def __exit__(

@@ -239,14 +239,16 @@ class _Trial:
             _hold(not ok, f"an action that does not exist must fail: {action!r}")
 
     def try_profiles(self, profiles: Sequence[Profile]) -> None:
-        """Who does nothing scores nothing."""
+        """At the start something is still to do, and nothing unwanted is done."""
         for profile in profiles:
             found = self.call("checks_met", profile)
             wanted = f"Checks with {len(profile.checks)} bools, one for each check of"
             right = len(found.met) in (0, len(profile.checks))
             _hold(right, f"`checks_met` must give {wanted} {profile.name}, not {found!r}")
-            met = any(found.met)
-            _hold(not met, f"`checks_met` counts checks of {profile.name} before any action")
+            idle = not found.met or not all(found.met)
+            _hold(idle, f"all checks of {profile.name} hold before any action: there is no need")
+            clean = not found.unwanted
+            _hold(clean, f"`checks_met` finds unwanted things for {profile.name} at the start")
             values = [each for check in profile.checks for each in check.values()]
             self.checked += [name for each in values if _is_list(each, str) for name in each]
 

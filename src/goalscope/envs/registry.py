@@ -12,7 +12,7 @@ from pathlib import Path
 from types import ModuleType
 from typing import Any, Literal, get_args
 
-from goalscope.base.types import InvalidInputError, Profile
+from goalscope.base.types import Action, InvalidInputError, Profile
 from goalscope.envs import Environment, missing
 from goalscope.language.reader import check_verbs
 
@@ -79,6 +79,8 @@ class Domain:
         draw: Draws the state as an SVG of a width in px; what has changed since a snapshot stands
             out.
         open_planner: Opens a planner of its own, for a model and a seed; None for the usual one.
+        trivial: Policies that look at nobody, by name: each takes one of its lists of actions, at
+            random.
     """
 
     name: str
@@ -101,6 +103,7 @@ class Domain:
     snapshot: Callable[[Environment], Any] | None = None
     draw: Callable[[Environment, Any, int | None], str] = _no_picture
     open_planner: Callable[[Any, int], Any] | None = None
+    trivial: Callable[[Environment], Mapping[str, Sequence[Sequence[Action]]]] = lambda _: {}
 
 
 def domain_named(name: str) -> Domain:

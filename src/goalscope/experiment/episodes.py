@@ -3,20 +3,25 @@
 from __future__ import annotations
 
 import math
+from collections import Counter
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import asdict, dataclass
+from itertools import combinations, product
 from pathlib import Path
 from typing import Any
 
-from goalscope.agent.settings import Settings, method_label
+from goalscope.agent.settings import Settings
 from goalscope.agent.toolkit import MODULES
-from goalscope.base.stats import paired_difference, pooled_sd_of_mean
+from goalscope.base.stats import holm, paired_difference, pooled_sd_of_mean
 from goalscope.base.types import pluralize
+from goalscope.envs import Outcome
 from goalscope.experiment.judge import JUDGE_TEMPERATURE
+from goalscope.experiment.measure import figures_of
 from goalscope.experiment.results import Cell
 from goalscope.experiment.summary import (
     NO_INTERVAL,
     Columns,
+    Entry,
     Estimate,
     Form,
     Labels,
@@ -35,6 +40,8 @@ from goalscope.experiment.summary import (
 
 METHODS = ("good", "no-goals", "no-inference")
 """The methods of the paper (Sec. 4.3), in its order; others follow by name."""
+TRIVIAL = ("nothing", "random item", "bananas", "everything")
+"""Policies that look at nobody (see `trivial_figures`), below the methods in tables."""
 DEFAULTS: Mapping[str, Any] = {
     key: value for key, value in asdict(Settings()).items() if key in ("propose", "k", "prompted")
 }
@@ -47,20 +54,25 @@ JUDGE_NOTES = (
     "counted as unscored and are in no mean; a run that left nothing scores 0 in all its trials.",
 )
 NOTES = (
-    "Score: share of the profile's conditions that hold in the end. It and the judge's are means "
-    "over profiles of the means over their runs, with a 95 % bootstrap interval over profiles. "
-    f"{NO_INTERVAL}",
+    "Score: m / (n + u + v) for n needs, of which m are met, u unwanted things and v violated "
+    "prohibitions. Needs are the profile's checks that do not hold at the start; prohibitions are "
+    "those that do. It and the judge's score are means over profiles of the means over their runs, "
+    f"with a 95 % bootstrap interval over profiles. {NO_INTERVAL}",
+    "Nothing, random item, bananas and everything look at nobody: they leave all as it is, or put "
+    "one item of the catalogue (a mean over its items), bananas, or one of each item into "
+    "everybody's basket.",
     "SD: pooled standard deviation of the mean, the noise of repeated runs of a profile (score), "
     "or of repeated trials on a run (judge, Sec. 5.1), and not of the choice of profiles; the "
     "paper gives no formula.",
     "Unwanted: things in the basket, or changed in the room, that the profile neither asks for nor "
-    "would welcome; a mean over the runs whose profile says what it would.",
+    "would welcome; a mean over the runs whose profile says what it would. For other profiles u is "
+    "0 in the score.",
     "Rounds, replans and terminated are means over runs; retries are attempts beyond the first.",
 )
-PAIR_NOTES = (
+PAIR_NOTE = (
     "In percentage points, over profiles that both methods ran (with the same seeds, averaged), "
     f"with a 95 % paired bootstrap interval over profiles. {NO_INTERVAL} p is two-sided, from a "
-    "sign-flip permutation test, and not corrected for several comparisons.",
+    "sign-flip permutation test; p (Holm) is corrected for the comparisons of this table, {}."
 )
 
 
@@ -125,7 +137,7 @@ def headings_of_judges(sample: Sample) -> list[str]:
 
 
 def method_rows(sample: Sample, profile: str | None = None) -> list[Row]:
-    """A row for each method, for all people or for one."""
+    """A row for each method, for all people or for one; for all also each trivial policy."""
     groups: list[tuple[Row, list[Record]]] = []
     for method in methods_of(sample):
         runs = sample.where(method=method, **({"profile": profile} if profile else {}))
@@ -133,7 +145,12 @@ def method_rows(sample: Sample, profile: str | None = None) -> list[Row]:
         own = {"profile": profile, "method": method}
         groups.append((own if profile else {"method": method, "profiles": people}, runs))
     judged = [column for by in headings_of_judges(sample) for column in _judge_columns(by)]
-    return rows_of(groups, [*COLUMNS, *judged])
+    rows = rows_of(groups, [*COLUMNS, *judged])
+    if profile is None:
+        found = [(policy, sample.where(method=policy)) for policy in TRIVIAL]
+        heads = [({"method": name, "profiles": len(runs)}, runs) for name, runs in found if runs]
+        rows += rows_of(heads, OUTCOME)
+    return rows
 
 
 def outcome_of(
@@ -167,9 +184,11 @@ def episode_tables(sample: Sample) -> list[Table]:
     """Tables by method, of paired differences, and by profile."""
     judged = (*(JUDGE_NOTES if headings_of_judges(sample) else ()), *sample.notes)
     profiles = sorted({run["profile"] for run in sample.records})
+    pairs = _differences(sample)
+    number = sum(row["p"] is not None for row in pairs)
     every = [
         ("methods", method_rows(sample), (*NOTES, *judged)),
-        ("differences", _differences(sample), (*PAIR_NOTES, *judged)),
+        ("differences", pairs, (PAIR_NOTE.format(number), *judged)),
         ("profiles", [row for each in profiles for row in method_rows(sample, each)], judged),
     ]
     return [
@@ -196,26 +215,54 @@ def evaluator_of(spec: Mapping[str, Any]) -> dict[str, Any]:
 def _records(
     runs: Sequence[Cell], readings: Sequence[Mapping[str, Reading]], *, several: bool
 ) -> list[Record]:
-    """A record of each run; `several` says that there are several evaluators."""
+    """A record of each run, and of each trivial policy and person.
+
+    Args:
+        runs: The cells.
+        readings: For each the trials by evaluator.
+        several: Whether there are several evaluators.
+    """
+    methods = _method_names(runs)
     records: list[Record] = []
     for run, read in zip(runs, readings, strict=True):
         result, settings = run.result or {}, run.spec["settings"]
         record: dict[str, Any] = {
-            "method": method_label(settings["method"]),
+            "method": methods[run.key],
             "profile": run.spec["profile"],
             "seed": settings["seed"],
             "retries": max(run.attempts - 1, 0),
-            **{key: float(result[key]) for key in ("score", "rounds", "terminated", "replans")},
+            **{key: float(result[key]) for key in ("rounds", "terminated", "replans")},
         }
-        if result.get("unwanted") is not None:
-            record["unwanted"] = float(len(result["unwanted"]))
+        if "start" in result:
+            unwanted = result["unwanted"]
+            told = None if unwanted is None else tuple(unwanted)
+            record |= figures_of(Outcome(tuple(result["start"]), tuple(result["met"]), told))
         for judge, reading in read.items():
             by = f" by {judge}" if several else ""
             record |= {f"trials{by}": reading.trials, f"unscored{by}": reading.unscored}
             if reading.trials:
                 record[f"judge score{by}"] = mean(reading.trials)
         records.append(record)
-    return records
+    trivial = {run.spec["profile"]: (run.result or {}).get("trivial", {}) for run in runs}
+    return records + [
+        {"method": policy, "profile": profile, **figures}
+        for profile, policies in trivial.items()
+        for policy, figures in policies.items()
+    ]
+
+
+def _method_names(runs: Sequence[Cell]) -> dict[str, str]:
+    """The method of each run by its key; GOOD with a likelihood of one's own has the latter's name.
+
+    The name is without the folder, as long as no two share it.
+    """
+    found: dict[str, str] = {}
+    for run in runs:
+        method, own = (run.spec["settings"].get(key) for key in ("method", "likelihood"))
+        found[run.key] = own if own and method == "good" else method
+    short = {name: Path(name).name for name in found.values()}
+    taken = Counter(short.values())
+    return {key: short[name] if taken[short[name]] == 1 else name for key, name in found.items()}
 
 
 def _plain_mean(name: str) -> Columns:
@@ -227,15 +274,20 @@ def _score(name: str) -> Columns:
     return lambda runs: {name: averaged(_means(_by_profile(runs, name)), form="percent")}
 
 
+OUTCOME: tuple[Columns, ...] = (
+    _score("score"),
+    lambda runs: {"needs met": percent(mean(_means(_by_profile(runs, "needs met"))))},
+    _plain_mean("violated"),
+    _plain_mean("unwanted"),
+)
 COLUMNS: tuple[Columns, ...] = (
     count("runs"),
-    _score("score"),
+    *OUTCOME,
     lambda runs: {"SD": percent(pooled_sd_of_mean([*_by_profile(runs, "score").values()]))},
     _plain_mean("rounds"),
     lambda runs: {"terminated": percent(mean([run["terminated"] for run in runs]))},
     _plain_mean("replans"),
     lambda runs: {"retries": sum(run["retries"] for run in runs)},
-    _plain_mean("unwanted"),
 )
 
 
@@ -253,29 +305,29 @@ def _judge_columns(by: str) -> tuple[Columns, ...]:
 
 
 def _differences(sample: Sample) -> list[Row]:
-    """GOOD minus each other method, paired by profile."""
-    rows: list[Row] = []
+    """Each method minus each that follows it, paired by profile."""
     measures = ["score", *(f"judge score{by}" for by in headings_of_judges(sample))]
-    others = [method for method in methods_of(sample) if method != "good"]
-    for measure in measures if sample.where(method="good") else ():
-        for other in others:
-            a, b = _pairs(sample, other, measure)
-            found = paired_difference(a, b) if a else None
-            rows.append({
-                "measure": measure, "methods": f"good minus {other}", "profiles": len(a),
-                "difference": found
-                and Estimate(found.difference, found.interval, "percent", len(a)),
-                "p": found and found.p,
-            })  # fmt: skip
-    return rows
+    rows: list[dict[str, Entry]] = []
+    tests: list[float] = []
+    for measure, (one, other) in product(measures, combinations(methods_of(sample), 2)):
+        a, b = _pairs(sample, one, other, measure)
+        found = paired_difference(a, b) if a else None
+        tests += [found.p] if found else []
+        rows.append({
+            "measure": measure, "methods": f"{one} minus {other}", "profiles": len(a),
+            "difference": found and Estimate(found.difference, found.interval, "percent", len(a)),
+            "p": found and found.p,
+        })  # fmt: skip
+    corrected = iter(holm(tests))
+    return [{**row, "p (Holm)": row["p"] if row["p"] is None else next(corrected)} for row in rows]
 
 
-def _pairs(sample: Sample, other: str, measure: str) -> tuple[list[float], list[float]]:
-    """The means of GOOD and the other method by profile, over the seeds that both have."""
+def _pairs(sample: Sample, one: str, other: str, measure: str) -> tuple[list[float], list[float]]:
+    """The means of two methods by profile, over the seeds that both have."""
     second = {(run["profile"], run["seed"]): run for run in sample.where(method=other)}
     pairs = [
         (run, twin)
-        for run in sample.where(method="good")
+        for run in sample.where(method=one)
         if (twin := second.get((run["profile"], run["seed"]))) and measure in run.keys() & twin
     ]
     a, b = (_means(_by_profile((pair[i] for pair in pairs), measure)) for i in (0, 1))
@@ -302,7 +354,7 @@ def _writer(model: Mapping[str, Any]) -> object:
 
 def methods_of(*samples: Sample) -> list[str]:
     """The methods, in the order of the paper."""
-    found = {run["method"] for sample in samples for run in sample.records}
+    found = {run["method"] for sample in samples for run in sample.records} - {*TRIVIAL}
     return [*(each for each in METHODS if each in found), *sorted(found - {*METHODS})]
 
 
@@ -313,7 +365,7 @@ def _place(run: Cell) -> tuple[str, str, int]:
 
 def _shared(spec: Mapping[str, Any]) -> dict[str, Any]:
     """The settings shared by all runs of a group."""
-    own = ("method", "seed", "domain", "profiles", "human")
+    own = ("method", "likelihood", "seed", "domain", "profiles", "human")
     kept = {key: value for key, value in spec["settings"].items() if key not in own}
     every = {"prompted": "all"} if set(kept.get("prompted", ())) == {*MODULES} else {}
     return {**DEFAULTS, **kept, **every, "model": spec["model"]}

@@ -7,21 +7,32 @@ import importlib.metadata
 import json
 import os
 import time
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import asdict
 from functools import cache
 from pathlib import Path
+from statistics import fmean
 from typing import Any
 
 import goalscope
 from goalscope.agent.settings import Settings, load_own, own_likelihood, settings_of
-from goalscope.base.types import UNSPECIFIED, Goal, GoalscopeError, InvalidInputError, Profile, Turn
+from goalscope.base.types import (
+    UNSPECIFIED,
+    Action,
+    Goal,
+    GoalscopeError,
+    InvalidInputError,
+    Profile,
+    Turn,
+)
 from goalscope.belief.likelihood import Layout, Likelihood, RolePlay, evidence_of
 from goalscope.datasets import Case, said_key
 from goalscope.datasets.goal_sets import goal_key
+from goalscope.envs import Environment, Outcome, execute
 from goalscope.envs.registry import (
     BUILT_IN,
     SHOP,
+    Domain,
     domain_named,
     load_domain,
     open_environment,
@@ -97,7 +108,7 @@ def own_identity() -> dict[str, str]:
 
 def person_of(profile: Profile) -> dict[str, Any]:
     """The whole profile as JSON: part of a cell, so that editing a person makes a new cell."""
-    return json.loads(json.dumps(asdict(profile)))
+    return _json_of(profile)
 
 
 def hashes_of(settings: Settings) -> dict[str, str]:
@@ -119,6 +130,10 @@ def hashes_of(settings: Settings) -> dict[str, str]:
         for key, file in named.items()
         if file and os.path.isfile(file)
     }
+
+
+def _json_of(data: Profile | Outcome) -> dict[str, Any]:
+    return json.loads(json.dumps(asdict(data)))
 
 
 def _key(model: Mapping[str, Any]) -> str:
@@ -262,9 +277,11 @@ def _episode(model: ModelSet, spec: Mapping[str, Any]) -> dict[str, Any]:
         at_start = env.state().fingerprint
         session = Session(store, settings, env, model, profile=profile.name)
         rounds = list(session.run())
-        info, met, unwanted = session.info, session.checks_met(), session.unwanted()
+        info, outcome = session.info, session.outcome()
         verbs = [verb.name for verb in env.verbs]
         unchanged = env.state().fingerprint == at_start
+        domain = domain_named(settings.domain)
+        trivial = trivial_figures(domain, env, profile) if outcome else {}
     results = [result for round in rounds for result in round.results if result.ok]
     acts = [str(result.action) for result in results if not result.terminated]
     return {
@@ -281,9 +298,8 @@ def _episode(model: ModelSet, spec: Mapping[str, Any]) -> dict[str, Any]:
             "ended": info.ended,
             "score": info.score,
         },
-        "score": info.score,
-        "checks": met,
-        "unwanted": unwanted,
+        **(_json_of(outcome) if outcome else {}),
+        "trivial": trivial,
         "rounds": len(rounds),
         "terminated": info.ended == "terminated",
         "replans": sum(round.replans for round in rounds),
@@ -291,9 +307,47 @@ def _episode(model: ModelSet, spec: Mapping[str, Any]) -> dict[str, Any]:
         "description": profile.description,
         "outcome": rounds[-1].status if rounds else "",
         "actions": acts,
-        **({} if domain_named(settings.domain).possible else {"possible": verbs}),
+        **({} if domain.possible else {"possible": verbs}),
         "empty": unchanged,
         "seconds": time.monotonic() - start,
+    }
+
+
+def figures_of(outcome: Outcome) -> dict[str, float]:
+    """The score and what it is made of, by the columns of tables; "unwanted" only if it is told."""
+    told = {} if outcome.unwanted is None else {"unwanted": float(len(outcome.unwanted))}
+    return {
+        "score": outcome.score,
+        "needs met": outcome.needs_met / outcome.needs,
+        "violated": float(outcome.violated),
+        **told,
+    }
+
+
+def trivial_figures(
+    domain: Domain, env: Environment, profile: Profile
+) -> dict[str, dict[str, float]]:
+    """What is reached without looking at anybody: by doing nothing, and by `domain.trivial`.
+
+    Returns:
+        `figures_of` each policy by its name, means over its lists of actions; none without any.
+    """
+
+    def after(actions: Sequence[Action]) -> dict[str, float]:
+        env.reset()
+        for action in actions:
+            execute(env, action)
+        now = env.checks_met(profile)
+        return figures_of(Outcome(start, now.met, now.unwanted))
+
+    env.reset()
+    start = env.checks_met(profile).met
+    policies = {"nothing": [()], **domain.trivial(env)}
+    found = {name: [after(each) for each in lists] for name, lists in policies.items()}
+    return {
+        name: {key: fmean(each[key] for each in rows) for key in rows[0]}
+        for name, rows in found.items()
+        if rows
     }
 
 

@@ -7,7 +7,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
 from goalscope.experiment.dialogues import AS_IN_PAPER, GOALSCOPE, SIMILARITIES
-from goalscope.experiment.episodes import METHODS
+from goalscope.experiment.episodes import TRIVIAL
 from goalscope.experiment.summary import Row, Table, few_notes, without_shared
 from goalscope.report.sections import Section
 
@@ -19,7 +19,7 @@ class _Kind:
     """A kind of tables (`pattern` matches their names), and what the summary shows of them.
 
     The column "of" is what a table's title says after the colon; `rows` chooses or makes the rows
-    to show.
+    to show, with all their columns where `columns` is empty.
     """
 
     name: str
@@ -56,11 +56,11 @@ def _similarities(rows: Sequence[Row]) -> list[Row]:
 
 
 def _side_by_side(rows: Sequence[Row]) -> list[Row]:
-    """One row with the scores of all methods, and then what was unwanted."""
-    people = [*dict.fromkeys(row["profiles"] for row in rows)]
-    entries = {
-        f"{row['method']}, {key}": row.get(key) for key in ("score", "unwanted") for row in rows
-    }
+    """One row with the scores of all methods and trivial policies, and the methods' unwanted."""
+    methods = [row for row in rows if row["method"] not in TRIVIAL]
+    people = [*dict.fromkeys(row["profiles"] for row in methods)]
+    shown = (("score", rows), ("unwanted", methods))
+    entries = {f"{row['method']}, {key}": row.get(key) for key, some in shown for row in some}
     return [{"people": people[0] if len(people) == 1 else " or ".join(map(str, people)), **entries}]
 
 
@@ -87,17 +87,19 @@ KINDS = (
         "episodes",
         "Episodes: is what was wanted done in the end?",
         r"episodes-.*-methods",
-        ("of", "people", *(f"{way}, {key}" for key in ("score", "unwanted") for way in METHODS)),
-        "Score: share of the person's conditions that hold in the end, a mean over people. "
-        "Unwanted: number of things that the person neither asked for nor would welcome.",
+        (),
+        "Score: m / (n + u + v) for n needs, of which m are met, u unwanted things and v violated "
+        "prohibitions, a mean over people. Nothing, random item, bananas and everything look at "
+        "nobody. Unwanted: number of things that the person neither asked for nor would welcome.",
         _side_by_side,
     ),
     _Kind(
         "differences",
         "Episodes: differences between the methods",
         r"episodes-.*-differences",
-        ("of", "measure", "methods", "profiles", "difference", "p"),
-        "In percentage points, paired by person. p: two-sided, from a sign-flip permutation test.",
+        ("of", "measure", "methods", "profiles", "difference", "p", "p (Holm)"),
+        "In percentage points, paired by person. p: two-sided, from a sign-flip permutation test; "
+        "p (Holm): corrected for the comparisons of the same people and setting.",
     ),
     _Kind(
         "mcq",
@@ -154,7 +156,8 @@ def _table(sections: Sequence[Section], kind: _Kind) -> Table:
             if re.fullmatch(kind.pattern, table.name):
                 for row in kind.rows(table.rows):
                     known: Row = {"of": table.title.partition(": ")[2], **row}
-                    shown = {name: known[name] for name in kind.columns if name in known}
+                    columns = kind.columns or known
+                    shown = {name: known[name] for name in columns if name in known}
                     rows.append({"part": section.name, **shown, **progress})
     if rows and all("of" in row for row in rows):
         labels = without_shared([str(row["of"]) for row in rows])

@@ -16,7 +16,7 @@ from goalscope.base.types import TRACKING, Goal, InvalidInputError, pluralize
 from goalscope.belief.belief import Belief
 from goalscope.belief.calibration import calibration_named
 from goalscope.belief.tracker import Correction
-from goalscope.envs import Environment
+from goalscope.envs import Environment, Outcome
 from goalscope.envs.registry import BUILT_IN, profile_named
 from goalscope.models import Model, model_name
 from goalscope.models.trace import note
@@ -104,7 +104,7 @@ class Session:
             understood: Called with each round before the agent acts.
 
         Raises:
-            InvalidInputError: There is no such profile.
+            InvalidInputError: There is no such profile, or it needs nothing.
         """
         self.profile = profile_named(settings, profile) if profile else None
         self._store, self._settings, self._env = store, settings, env
@@ -123,6 +123,15 @@ class Session:
             understood=understood,
         )
         self._human = self._make_human(model, read)
+        self._start: tuple[bool, ...] = ()
+        if self.profile:
+            env.reset()
+            self._start = env.checks_met(self.profile).met
+        if self._start and all(self._start):
+            raise InvalidInputError(
+                f"The profile {profile} needs nothing: all of its checks hold at the start. Add a "
+                "check that does not."
+            )
         self.earlier = store.rounds(resume.id) if resume else []
         self.agent.resume(self.earlier)
         corrections = store.corrections(resume.id, len(self.earlier)) if resume else []
@@ -178,8 +187,8 @@ class Session:
     def _keep(self, round: Round) -> None:
         end = None
         if round.terminated or round.number >= self._settings.rounds:
-            met = self.checks_met()
-            score = sum(met) / len(met) if met else None
+            outcome = self.outcome()
+            score = outcome.score if outcome else None
             end = "terminated" if round.terminated else "truncated", score
         self._store.append(self.id, round, new=self._new, end=end)
         self._new = None
@@ -201,16 +210,12 @@ class Session:
             self._store.undo_correction(self.id, len(self.agent.rounds))
         return self.agent.undo_correction()
 
-    def checks_met(self) -> list[bool]:
-        """Which of the profile's checks the present state meets; none without a profile."""
-        return list(self._env.checks_met(self.profile).met) if self.profile else []
-
-    def unwanted(self) -> list[str] | None:
-        """What neither the profile's checks nor its `welcome` list names; None without a list."""
-        profile = self.profile
-        if not (profile and profile.welcome):
+    def outcome(self) -> Outcome | None:
+        """What was made of the start; None without a profile, or where the domain has no score."""
+        if self.profile is None or not self._start:
             return None
-        return list(self._env.checks_met(profile).unwanted)
+        now = self._env.checks_met(self.profile)
+        return Outcome(self._start, now.met, now.unwanted)
 
     def _make_human(self, model: Model, read: Callable[[str], str] | None) -> Human | None:
         human, seed = self._settings.human, self._settings.seed

@@ -60,7 +60,7 @@ class EpisodeInfo:
         task: The environment's task.
         settings: The options that a resumed episode needs.
         ended: None while it runs.
-        score: Share of the profile's checks that were met, 0 to 1.
+        score: See `goalscope.envs.Outcome`, 0 to 1; None without a profile.
         rounds: Number of rounds stored.
         first_words: What the person said first, on one line of at most 120 characters; "" as long
             as they have said nothing.

@@ -117,8 +117,8 @@ def _methods(study: Study, rated: Sequence[Rated], judges: Sequence[str]) -> Tab
         rows.append(row)
     notes = (
         "Scores are means over profiles, of the episodes that are rated. The human score is a "
-        f"share of the best rating, {BEST}; the state score is the share of the profile's "
-        "conditions that hold in the end.",
+        f"share of the best rating, {BEST}; the state score is that of the final state, as in "
+        "experiments.",
         "Intervals of 95 % are bootstrapped over those who rated: what other people would say of "
         "the same episodes. There is none where all agree, or only one has rated.",
         "SD: pooled standard deviation of the mean (Sec. 5.1), the noise of several raters of an "

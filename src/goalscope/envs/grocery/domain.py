@@ -3,16 +3,20 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Sequence
+import random
+from collections.abc import Mapping, Sequence
 from functools import lru_cache
 
-from goalscope.base.types import Profile
+from goalscope.base.types import Action, Profile
 from goalscope.envs import Environment
 from goalscope.envs.grocery.catalogue import Catalogue
 from goalscope.envs.grocery.profiles import load_profiles
 from goalscope.envs.grocery.search import Search
 from goalscope.envs.grocery.shop import NAMES, GroceryShop
 from goalscope.envs.registry import SHOP, Domain, DomainSettings
+
+_DRAWN = 2_000
+"""Most items of a catalogue over which the policy of a random item is averaged."""
 
 
 def _open(settings: DomainSettings, profile: Profile | None) -> Environment:
@@ -35,6 +39,17 @@ def _notes(env: Environment) -> Sequence[str]:
     return env.catalogue.notes if isinstance(env, GroceryShop) else ()
 
 
+def _trivial(env: Environment) -> Mapping[str, Sequence[Sequence[Action]]]:
+    assert isinstance(env, GroceryShop)
+    every = [Action("add item", item.name) for item in env.catalogue.items]
+    drawn = random.Random(0).sample(every, _DRAWN) if len(every) > _DRAWN else every
+    return {
+        "random item": [[each] for each in drawn],
+        "bananas": [[each] for each in every if each.target == "Bananas"],
+        "everything": [every],
+    }
+
+
 DOMAIN = Domain(
     name=SHOP,
     label="Grocery shopping",
@@ -48,4 +63,5 @@ DOMAIN = Domain(
     notes=_notes,
     replays=lambda _: True,
     judged=("outcome",),
+    trivial=_trivial,
 )

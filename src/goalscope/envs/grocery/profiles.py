@@ -52,6 +52,8 @@ class _Check:
         for key in _BESIDE:
             if getattr(self, key) is not None and self.must_have is None:
                 raise ValueError(f"the key {key!r} only goes with 'must_have'.")
+        if self.bought:
+            raise ValueError("a purchase scores nothing. Leave out 'bought = true'.")
 
 
 def load_profiles(path: Path | str | None = None) -> tuple[Profile, ...]:
@@ -66,12 +68,13 @@ def load_profiles(path: Path | str | None = None) -> tuple[Profile, ...]:
     * `{must_not_have = ["peanut"]}`: no item matches any of the terms.
     * `{must_not_have_tag = "frozen"}` and `{all_have_tag = "organic"}`: no item, or every one.
     * `{max_total = 60}`: the priced items cost at most so much.
-    * `{bought = true}`: the basket was purchased (or, with `false`, was not).
+    * `{bought = false}`: the basket was not purchased.
 
     Beside them may stand `welcome`, a list of terms: what the person would not mind in the basket.
 
     An item matches a term if all words of the term occur in the item's name, in singular or
-    plural. No check is met by an empty basket.
+    plural. An empty basket meets all checks but those with `must_have`, which are the needs (see
+    `goalscope.envs.Outcome`).
 
     Raises:
         InvalidInputError: The file cannot be read, or a profile is not of this form; the message
@@ -86,19 +89,24 @@ def load_profiles(path: Path | str | None = None) -> tuple[Profile, ...]:
 def checks_met(
     checks: Sequence[Mapping[str, Any]], basket: Sequence[tuple[Item, int]], *, bought: bool
 ) -> list[bool]:
-    """Whether the basket meets each of the `checks`; an empty basket meets none."""
-    return [bool(basket) and _is_met(check, basket, bought) for check in checks]
+    """Whether the basket meets each of the `checks`."""
+    return [_is_met(check, basket, bought) for check in checks]
 
 
-def unwanted(profile: Profile, basket: Sequence[tuple[Item, int]]) -> list[str]:
-    """Names of the items that match no term of a `must_have`, and none that is welcome."""
+def unwanted(profile: Profile, basket: Sequence[tuple[Item, int]]) -> tuple[str, ...] | None:
+    """Names of the items that match no term of a `must_have`, and none that is welcome.
+
+    None if the profile does not say what is welcome.
+    """
+    if not profile.welcome:
+        return None
     wanted = [check for check in profile.checks if "must_have" in check]
-    return [
+    return tuple(
         item.name
         for item, _ in basket
         if not any(_fits(item, {**check, "tag": None}) for check in wanted)
         and not _matches(item, profile.welcome)
-    ]
+    )
 
 
 def _is_met(check: Mapping[str, Any], basket: Sequence[tuple[Item, int]], bought: bool) -> bool:

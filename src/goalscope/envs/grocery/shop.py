@@ -424,13 +424,10 @@ class GroceryShop(Proactive):
         return action.name == "buy basket"
 
     def checks_met(self, profile: Profile) -> Checks:
-        """The score of the basket; an empty basket meets no check.
-
-        Unwanted are the items that no `must_have` of the profile asks for, if none is welcome.
-        """
+        """Which checks the basket meets, and which items no `must_have` nor `welcome` names."""
         contents = [*self._basket.items()]
         met = checks_met(profile.checks, contents, bought=self._bought)
-        return Checks(tuple(met), tuple(unwanted(profile, contents)))
+        return Checks(tuple(met), unwanted(profile, contents))
 
 
 def _change(item: Item, number: int) -> Action:

@@ -326,15 +326,14 @@ class HomeRobot(Proactive):
         return facts_of(Finder(self._view, pick), order.what, order.where)
 
     def checks_met(self, profile: Profile) -> Checks:
-        """Whether each of the profile's goal conditions holds; none before anything has changed.
-
-        Unwanted is what has changed, of types that the profile names nowhere.
-        """
-        changed = [own for own, _ in self._view.changes(self._start.table)]
+        """Which goal conditions hold, and what changed of types that the profile names nowhere."""
         met = checks_met(profile.checks, self._view.objects)
+        if not profile.welcome:
+            return Checks(tuple(met))
         kinds, table = types_in(profile), self._view.table
+        changed = [own for own, _ in self._view.changes(self._start.table)]
         others = [self.names[own] for own in changed if table[own]["objectType"] not in kinds]
-        return Checks(tuple(bool(changed) and each for each in met), tuple(others))
+        return Checks(tuple(met), tuple(others))
 
     def _named(self, text: str) -> str:
         """The text with the objects' names in place of their ids."""
