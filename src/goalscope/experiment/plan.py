@@ -457,9 +457,7 @@ def _episode_specs(part: EpisodesPart, model: Model) -> Iterator[dict[str, Any]]
             "settings": {**fixed, **axes, **own, "seed": seed},
             "profile": name,
             "person": person_of(known[name]),
-            "files": hashes_of(
-                replace(settings, calibration=calibration, method=method, **own)
-            ),
+            "files": hashes_of(replace(settings, calibration=calibration, method=method, **own)),
             "model": model,
         }
 
