@@ -15,7 +15,7 @@ from commands import fails, run
 from fits import OLD_NAME, SETTINGS, Finished, case, fit, last_error, rows_file
 from goalscope.base.types import InvalidInputError, Turn
 from goalscope.datasets import said_key
-from goalscope.fitting.data import Source, read_source
+from goalscope.datasets.sources import Source, read_source
 from goalscope.fitting.plan import Plan
 from goalscope.models.adapters import FITTED_DIALOGUES, read_adapter
 from goalscope.models.torch.model import Transformers

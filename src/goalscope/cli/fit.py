@@ -81,7 +81,7 @@ def fit(
     resumes an interrupted fit. The folder then holds the adapter, for --adapter, and a model card.
     """
     from goalscope.belief.likelihood import DEFAULT_LAYOUT
-    from goalscope.fitting.data import read_source
+    from goalscope.datasets.sources import read_source
     from goalscope.fitting.plan import Plan
     from goalscope.fitting.train import Settings
     from goalscope.models.adapters import NO_ADAPTER, adapter_file, shipped

@@ -19,7 +19,8 @@ from goalscope.base.types import InvalidInputError, Message
 from goalscope.belief.likelihood import GOAL_TOKENS, Layout, RolePlay
 from goalscope.datasets import Case, said_key
 from goalscope.datasets.goal_sets import goal_key
-from goalscope.fitting.data import Source, digest_of, parted
+from goalscope.datasets.sources import Source, digest_of
+from goalscope.fitting.data import parted
 from goalscope.fitting.learner import Learner
 from goalscope.fitting.train import Fit, Progress, Settings, check_folder, locked, writing_to
 from goalscope.models.adapters import (
