@@ -9,9 +9,10 @@ import pytest
 
 from commands import fails, run
 from goalscope.base.stats import Interval
-from goalscope.base.types import ModelError
+from goalscope.base.types import InvalidInputError, ModelError
 from goalscope.cli.tables import show_tables
 from goalscope.experiment import measure as measuring
+from goalscope.experiment.fitted_baselines import FITTED_METHODS
 from goalscope.experiment.results import Results
 from goalscope.experiment.summary import Estimate, Table
 from test_run import QUESTIONS, SHOP, NamedModel
@@ -157,6 +158,34 @@ def test_dialogues_of_ones_own_are_measured_beside_the_baselines(here):
     assert [len(first.result[way]) for way in ("role-play", "tfidf", "outright")] == [2, 2, 2]
     tables("bench", "dialogues", "--jsonl", "d.jsonl", "--no-outright", "--turns", "1")
     assert "outright" not in cells("dialogues-d")[2].result
+
+
+def test_methods_are_fitted_on_other_dialogues_and_stand_beside_the_others(here):
+    pytest.importorskip("scipy")
+    rows = [
+        {**DIALOGUE, "id": n, "turns": [{"query": "?", "utterance": f"{words}, please, {n}"}]}
+        | {"true": DIALOGUE["goals"][n % 2]}
+        for n in range(12)
+        for words in [("some flour and cocoa", "a sponge and soap")[n % 2]]
+    ]
+    (here / "others.jsonl").write_text("".join(json.dumps(row) + "\n" for row in rows))
+    args = ("bench", "dialogues", "--jsonl", "d.jsonl", "--no-outright", "--fit")
+    (found,) = tables(*args, "others.jsonl[2:]").values()
+    assert {*FITTED_METHODS} <= {row["predictor"] for row in found["rows"]}
+    assert any(f"fitted on {here}/others.jsonl[2:]," in note for note in found["notes"])
+    cell = cells("dialogues-d")[0]
+    assert measuring.measure(cell.spec)["fitted"] == cell.result["fitted"]
+    (here / "mine").mkdir()
+    (here / "mine/all.toml").write_text(
+        'dialogues = {jsonl = "d.jsonl", outright = false, fit = "others.jsonl[2:]"}'
+    )
+    again = tables("experiment", "run", "mine/all.toml")
+    assert [table["rows"] for table in again.values()] == [found["rows"]]
+    refusal = fails(2, *args, "d.jsonl")
+    assert "2 dialogues to be judged would also fit the baselines, for example 'a'" in refusal
+    changed = {**cell.spec, "fit": {**cell.spec["fit"], "sha256": "other"}}
+    with pytest.raises(InvalidInputError, match="have changed since"):
+        measuring.measure(changed)
 
 
 def test_the_adapter_of_a_bench_is_part_of_its_cells(here):

@@ -1,6 +1,7 @@
 """The report: Markdown with figures and tables beside it; nothing in it acts."""
 
 import json
+import math
 import re
 import sqlite3
 from pathlib import Path
@@ -14,6 +15,7 @@ from typer.testing import CliRunner
 from goalscope.base.types import GoalscopeError, InvalidInputError
 from goalscope.cli.report import report
 from goalscope.experiment.dialogues import PREDICTORS, SEEN, UNIFORM, read_dialogues
+from goalscope.experiment.fitted_baselines import FITTED_METHODS
 from goalscope.experiment.results import Results
 from goalscope.report import read_report, write_report
 from goalscope.report.figures import belief_figures, draw_figure
@@ -71,6 +73,8 @@ def test_the_same_results_give_the_same_bytes(folder: Path, tmp_path: Path) -> N
 
 def test_every_way_to_infer_has_a_line_by_turn(tmp_path: Path) -> None:
     likeness = {name: [[1.0, 0, 0, 0]] for name in ("tfidf", "bm25", "embedding")}
+    even = [[math.log(1 / 4)] * 4]
+    likeness |= {"fitted": dict.fromkeys(FITTED_METHODS, even), "letters": even}
     answer = {"outright": [{"goal": 0, "sure": 1.0}], **likeness, "role-play": [SURE]}
     (found,) = read_dialogues([measured(n, 0, 1, seen=n % 2 == 0, **answer) for n in range(6)])
     turns, calibration = belief_figures(found)
@@ -227,6 +231,21 @@ def test_the_summary_has_the_papers_loss_beside_goalscopes_of_each_model(tmp_pat
         assert row["log-loss"] == page["goalscope"]["log-loss"]
         assert row["Eq. 1: log-loss"] == page["goalscope, Eq. 1"]["log-loss"]
         assert row["log-loss"] != row["Eq. 1: log-loss"]
+
+
+def test_the_summary_has_what_fitted_methods_reach(tmp_path: Path) -> None:
+    right = dict.fromkeys(FITTED_METHODS, [[math.log(1 / 2), math.log(1 / 3), math.log(1 / 6)]] * 2)
+    cells = [dialogue(2 * n) for n in range(3)]
+    fit = {"sources": ["own:train"], "folder": None, "sha256": "abc"}
+    found = [({**spec, "fit": fit}, {**result, "fitted": right}) for spec, result in cells]
+    fill(tmp_path / "r.db", found)
+    report = read_report(tmp_path / "r.db", draw=False)
+    (table,) = (each for each in report.summary if each.name == "summary-fitted")
+    for name in FITTED_METHODS:
+        assert table.rows[0][f"{name}: top-1"].value == 1
+        assert table.rows[0][f"{name}: log-loss"].value == pytest.approx(math.log(2))
+    text = " ".join(report.sections[0].tables[1].notes)
+    assert "kNN, TF-IDF fitted, vectors fitted: fitted on own:train, which" in text
 
 
 def test_the_command_writes_or_prints(folder: Path, tmp_path: Path) -> None:

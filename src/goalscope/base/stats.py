@@ -286,6 +286,12 @@ def holm(p: Sequence[float] | Array) -> list[float]:
     return corrected.tolist()
 
 
+def log_softmax(values: Array) -> Array:
+    """[..., G] normalised log-probabilities in nats."""
+    shifted = values - values.max(axis=-1, keepdims=True)
+    return shifted - np.log(np.exp(shifted).sum(axis=-1, keepdims=True))
+
+
 def scores(log_posterior: Sequence[float] | Array, truth: int) -> Scores:
     """Score one belief against the goal that was true.
 

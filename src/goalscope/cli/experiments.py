@@ -125,8 +125,16 @@ def dialogues(
     tokenizer: Tokenizer = None,
     adapter: Adapter = None,
     layout: Layout = None,
+    fit: Annotated[
+        list[str] | None,
+        typer.Option(
+            metavar="DIALOGUES",
+            help="Also fit simple methods on FILE.jsonl or SET:SPLIT, as `goalscope fit` takes "
+            "them; repeatable.",
+        ),
+    ] = None,
     outright: Annotated[
-        bool, typer.Option(help="Also ask the model directly for the goal and its confidence.")
+        bool, typer.Option(help="Also ask the model directly for the goal.")
     ] = True,
     results: Folder = None,
     workers: Workers = 1,
@@ -135,8 +143,9 @@ def dialogues(
 ) -> None:
     """Infer people's goals in real dialogues, turn by turn.
 
-    The baselines are word similarity (TF-IDF, BM25), sentence embeddings, and the model asked
-    directly. Running it again measures only what is missing.
+    The baselines are word similarity (TF-IDF, BM25), sentence embeddings, the model asked
+    directly, and with --fit methods that are fitted on other dialogues. Running it again measures
+    only what is missing.
     """
     if bool(set) == bool(jsonl):
         raise InvalidInputError(
@@ -157,6 +166,7 @@ def dialogues(
         turns,
         (layout or DEFAULT_LAYOUT,),
         outright=outright,
+        fit=tuple(fit or ()),
     )
     name = set or (jsonl.stem if jsonl else "dialogues")
     plan = Experiment(

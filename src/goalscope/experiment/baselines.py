@@ -1,4 +1,4 @@
-"""Baselines of goal inference: similarity of words or meaning, and a model that is asked."""
+"""Baselines that are fitted on nothing: similarity of words or meaning, a model that is asked."""
 
 from __future__ import annotations
 
@@ -6,18 +6,22 @@ import json
 import logging
 import re
 from collections.abc import Sequence
+from string import ascii_uppercase
 from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
 from goalscope.base.optional_packages import package
-from goalscope.base.types import Goal, GoalscopeError, Turn
-from goalscope.models import Generator
+from goalscope.base.stats import log_softmax
+from goalscope.base.types import Goal, GoalscopeError, Message, Turn
+from goalscope.models import Generator, LanguageModel, LikelihoodModel
 from goalscope.models.embedding import embedded
 from goalscope.prompts import render
 
 Array = npt.NDArray[np.float64]
+
+TEMPERATURES = np.geomspace(1e-3, 1e2, 51)
 
 _STOPWORDS = frozenset({
     "a", "an", "and", "are", "as", "at", "be", "been", "being", "but", "by", "did", "do",
@@ -29,6 +33,12 @@ _STOPWORDS = frozenset({
 })  # fmt: skip
 
 
+def temperature_losses(table: Array, truth: int) -> Array:
+    """[temperatures] log-loss of the true goal in nats, summed over the turns of [T, G] scores."""
+    beliefs = log_softmax(table / TEMPERATURES[:, None, None])
+    return -beliefs[:, :, truth].sum(axis=1)
+
+
 def overlap(text: str, others: Sequence[str]) -> Array:
     """[N] share of words, of two texts' together, that are in both (Jaccard); stopwords out."""
     own = _words(text) - _STOPWORDS
@@ -38,26 +48,26 @@ def overlap(text: str, others: Sequence[str]) -> Array:
 
 def tfidf(goals: Sequence[Goal], turns: Sequence[Turn]) -> Array:
     """[T, G] cosines of each goal with all that the person has said so far."""
-    text: Any = _needed("sklearn.feature_extraction.text")
+    text: Any = needed("sklearn.feature_extraction.text")
     vectorizer = text.TfidfVectorizer()
     try:
         matrix = vectorizer.fit_transform([goal.text for goal in goals])
     except ValueError:  # no goal has a word
         return np.zeros((len(turns), len(goals)))
-    said = vectorizer.transform(_so_far(turns))
+    said = vectorizer.transform(so_far(turns))
     return np.asarray((said @ matrix.T).toarray(), np.float64)
 
 
 def bm25(goals: Sequence[Goal], turns: Sequence[Turn]) -> Array:
     """[T, G] BM25 of each goal, with all that the person has said so far as the query."""
-    bm25s: Any = _needed("bm25s")
+    bm25s: Any = needed("bm25s")
     logging.getLogger("bm25s").setLevel(logging.WARNING)
     words = [re.findall(r"\w+", goal.text.lower()) or ["?"] for goal in goals]
     index = bm25s.BM25()
     index.index(words, show_progress=False)
     known = {word for each in words for word in each}
     rows = np.zeros((len(turns), len(goals)))
-    for row, text in enumerate(_so_far(turns)):
+    for row, text in enumerate(so_far(turns)):
         asked = [word for word in re.findall(r"\w+", text.lower()) if word in known]
         if asked:
             rows[row] = index.get_scores(asked)
@@ -66,7 +76,7 @@ def bm25(goals: Sequence[Goal], turns: Sequence[Turn]) -> Array:
 
 def embedding(goals: Sequence[Goal], turns: Sequence[Turn]) -> Array:
     """[T, G] cosines of static sentence embeddings: each goal with all words so far."""
-    said = embedded(_so_far(turns)).astype(np.float64)
+    said = embedded(so_far(turns)).astype(np.float64)
     return said @ embedded([goal.text for goal in goals]).astype(np.float64).T
 
 
@@ -89,17 +99,55 @@ def outright(
         "required": ["goal", "sure"],
         "additionalProperties": False,
     }
-    answers: list[dict[str, float | None]] = []
+    prompts = _asked(model, goals, turns, names=numbers, room=40)
+    return [
+        _read(model.generate(prompt, max_tokens=40, schema=schema).text if prompt else "", numbers)
+        for prompt in prompts
+    ]
+
+
+def outright_letters(
+    model: LikelihoodModel, goals: Sequence[Goal], turns: Sequence[Turn]
+) -> list[list[float]] | None:
+    """[T, G] log-probabilities of each goal's letter, as the model's answer to "which is it?".
+
+    Uniform after a turn if the goals leave no room for it; None if there are more goals than
+    letters.
+    """
+    if len(goals) > len(ascii_uppercase):
+        return None
+    letters = ascii_uppercase[: len(goals)]
+    rows = [
+        [row.sum() for row in model.token_logprobs([prompt] * len(goals), letters)]
+        if prompt
+        else [0.0] * len(goals)
+        for prompt in _asked(model, goals, turns, names=letters, room=4)
+    ]
+    return log_softmax(np.array(rows, np.float64)).tolist()
+
+
+def _asked(
+    model: LanguageModel,
+    goals: Sequence[Goal],
+    turns: Sequence[Turn],
+    *,
+    names: Sequence[str],
+    room: int,
+) -> list[list[Message] | None]:
+    """The prompt after each turn, which loses its oldest turns to leave room for the answer.
+
+    None if the goals alone leave no room.
+    """
+    prompts: list[list[Message] | None] = []
     for t in range(len(turns)):
-        answer: dict[str, float | None] = {"goal": None, "sure": None}
         for start in range(t + 1):
-            prompt = render("outright", goals=goals, turns=turns[start : t + 1])
-            if model.count_tokens(prompt) + 40 <= model.context_size:
-                reply = model.generate(prompt, max_tokens=40, schema=schema)
-                answer = _read(reply.text, numbers)
+            prompt = render("outright", goals=goals, names=names, turns=turns[start : t + 1])
+            if model.count_tokens(prompt) + room <= model.context_size:
+                prompts.append(prompt)
                 break
-        answers.append(answer)
-    return answers
+        else:
+            prompts.append(None)
+    return prompts
 
 
 def _read(text: str, numbers: Sequence[str]) -> dict[str, float | None]:
@@ -111,7 +159,8 @@ def _read(text: str, numbers: Sequence[str]) -> dict[str, float | None]:
     return {"goal": goal, "sure": sure} if 0 <= sure <= 1 else {"goal": None, "sure": None}
 
 
-def _so_far(turns: Sequence[Turn]) -> list[str]:
+def so_far(turns: Sequence[Turn]) -> list[str]:
+    """All that the person has said after each turn."""
     words = [turn.utterance for turn in turns]
     return ["\n".join(words[: t + 1]) for t in range(len(words))]
 
@@ -120,5 +169,10 @@ def _words(text: str) -> set[str]:
     return set(re.findall(r"\w+", text.lower()))
 
 
-def _needed(module: str) -> Any:
+def needed(module: str) -> Any:
+    """A module of the optional packages.
+
+    Raises:
+        GoalscopeError: Its package is missing.
+    """
     return package(module, "The baselines need", GoalscopeError)

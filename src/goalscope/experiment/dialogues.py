@@ -9,12 +9,13 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from goalscope.base.stats import Reliability, auroc, reliability, scores
+from goalscope.base.stats import Reliability, auroc, log_softmax, reliability, scores
 from goalscope.base.types import pluralize
 from goalscope.belief.belief import log_posteriors
 from goalscope.belief.calibration import PAPER, Calibration, calibration_from_json
 from goalscope.datasets.goal_sets import chance
-from goalscope.experiment.baselines import overlap
+from goalscope.experiment.baselines import TEMPERATURES, overlap, temperature_losses
+from goalscope.experiment.fitted_baselines import FITTED_METHODS
 from goalscope.experiment.summary import (
     NO_INTERVAL,
     Columns,
@@ -52,10 +53,16 @@ GOALS_ALONE = "goals alone"
 OUTRIGHT = "model asked"
 """The model is asked for the goal and its confidence."""
 
+LETTERS = "model asked, letters"
+"""The model is asked for the goal's letter, whose probability is the goal's."""
+
 SEEN = {True: "goalscope, goal seen", False: "goalscope, goal unseen"}
 """goalscope where its adapter was fitted on the true goal's text, and where it was not."""
 
-PREDICTORS = (GOALSCOPE, AS_IN_PAPER, *SEEN.values(), UNIFORM, GOALS_ALONE, *SIMILARITIES, OUTRIGHT)
+PREDICTORS = (
+    *(GOALSCOPE, AS_IN_PAPER, *SEEN.values(), UNIFORM, GOALS_ALONE),
+    *(*SIMILARITIES, *FITTED_METHODS, OUTRIGHT, LETTERS),
+)
 """All predictors, in the order of the tables."""
 
 FOLDS = 5
@@ -68,7 +75,6 @@ With fewer, all predictions are often right, so the best temperature is 0 and th
 has an unbounded loss.
 """
 
-TEMPERATURES = np.geomspace(1e-3, 1e2, 51)
 MOST_SURE = 0.995
 """Cap on a stated confidence: 100 % would have an infinite log-loss when wrong."""
 
@@ -128,21 +134,11 @@ def fitted_temperatures(cells: Sequence[tuple[Measured, Array]]) -> list[float]:
     order = np.random.default_rng(0).permutation(len(groups))
     fold_of = {groups[index]: position % FOLDS for position, index in enumerate(order)}
     fold = np.array([fold_of[cell[0]["case"]["group"]] for cell, _ in cells])
-    losses = np.array([_losses(cell, table) for cell, table in cells])
+    losses = np.array(
+        [temperature_losses(table, cell[0]["case"]["truth"]) for cell, table in cells]
+    )
     best = [float(TEMPERATURES[(losses[fold != k].sum(axis=0)).argmin()]) for k in range(FOLDS)]
     return [best[k] for k in fold]
-
-
-def _losses(cell: Measured, table: Array) -> Array:
-    """[temperatures] log-loss of a dialogue, summed over its turns."""
-    beliefs = log_softmax(table / TEMPERATURES[:, None, None])
-    return -beliefs[:, :, cell[0]["case"]["truth"]].sum(axis=1)
-
-
-def log_softmax(values: Array) -> Array:
-    """[..., G] normalised log-probabilities in nats."""
-    shifted = values - values.max(axis=-1, keepdims=True)
-    return shifted - np.log(np.exp(shifted).sum(axis=-1, keepdims=True))
 
 
 TURNS = (1, 2, 3, 4, 5, None)
@@ -163,7 +159,8 @@ NOTES = (
     f"folds of {FOLDS}, which favours them; of fewer than {FITTED_FROM} groups it is 1. "
     f'"{GOALS_ALONE}" is a control that reads no dialogue, only the words that goals share.',
     f'"{OUTRIGHT}" names a goal and says how sure it is, at most {100 * MOST_SURE:g} %; the rest '
-    "is spread evenly.",
+    f'is spread evenly. "{LETTERS}" answers the same question with a letter, whose probability '
+    "among the letters is the goal's.",
 )
 
 
@@ -277,8 +274,9 @@ def by_settings(
 
 
 def _settings(spec: Mapping[str, Any]) -> dict[str, Any]:
-    own = ("kind", "set", "split", "goal_set", "case", "outright")
-    return {key: value for key, value in spec.items() if key not in own}
+    own = ("kind", "set", "split", "goal_set", "case", "outright", "fit")
+    told = {key: value for key, value in spec.items() if key not in own}
+    return {**told, "fit": spec["fit"]["sources"]} if "fit" in spec else told
 
 
 def _records(cells: Sequence[Measured]) -> Iterator[Record]:
@@ -296,6 +294,8 @@ def _records(cells: Sequence[Measured]) -> Iterator[Record]:
                 yield from _scored(SEEN[result["seen"]], cell, role_play(result, own))
         answers = result.get("outright") or ()
         yield from _scored(OUTRIGHT, cell, [outright_belief(each, goals) for each in answers])
+        for name, beliefs in {**result.get("fitted", {}), LETTERS: result.get("letters")}.items():
+            yield from _scored(name, cell, np.array(beliefs or []))
     for predictor in (GOALS_ALONE, *SIMILARITIES):
         likes = [(cell, table) for cell in cells if (table := likeness(cell, predictor)).size]
         for (cell, table), heat in zip(likes, fitted_temperatures(likes), strict=True):
@@ -343,6 +343,11 @@ def _left_out(cell: Measured, calibration: Calibration) -> list[dict[str, float]
 def _notes(cells: Sequence[Measured]) -> Iterator[str]:
     for own in dict.fromkeys(spec["likelihood"] for spec, _ in cells if spec.get("likelihood")):
         yield f"{GOALSCOPE} has its evidence from the likelihood {own}, not from role-play."
+    for names in dict.fromkeys(tuple(spec["fit"]["sources"]) for spec, _ in cells if "fit" in spec):
+        yield (
+            f"{', '.join(FITTED_METHODS)}: fitted on {', '.join(names)}, which also chose their "
+            "temperature."
+        )
     if learned := sum(bool(result.get("learned")) for _, result in cells):
         yield f"The model's adapter was TRAINED on {learned:,} of these dialogues."
     answers = [each for _, result in cells for each in result.get("outright") or ()]

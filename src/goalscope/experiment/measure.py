@@ -38,7 +38,8 @@ from goalscope.envs.registry import (
     open_environment,
     profile_named,
 )
-from goalscope.experiment.baselines import bm25, embedding, outright, tfidf
+from goalscope.experiment.baselines import bm25, embedding, outright, outright_letters, tfidf
+from goalscope.experiment.fitted_baselines import Fitted, fitted_on
 from goalscope.experiment.judge import JUDGE_TEMPERATURE, judge
 from goalscope.experiment.multiple_choice import Question, measure_question, rephrase
 from goalscope.models.adapters import FITTED_DIALOGUES, FITTED_GOALS
@@ -56,7 +57,9 @@ from goalscope.storage.store import Store, round_to_json
 _WITHOUT_EFFECT = ("cli", "datasets", "experiment", "fitting", "report", "study", "web")
 """Rooms that do not affect the results."""
 
-_WITH_EFFECT = ("baselines.py", "judge.py", "measure.py", "multiple_choice.py")
+_WITH_EFFECT = (
+    *("baselines.py", "fitted_baselines.py", "judge.py", "measure.py", "multiple_choice.py"),
+)
 """The modules of `experiment` that do."""
 
 _open: dict[str, ModelSet] = {}
@@ -175,21 +178,27 @@ def measure_dialogue(
     *,
     layout: Layout,
     likelihood: Likelihood | None = None,
+    fitted: Mapping[str, Fitted] | None = None,
     ask_outright: bool = True,
 ) -> dict[str, Any]:
     """Evidence for each goal after each turn, by every way.
 
     Returns:
         What `measure_evidence` does; `tfidf`, `bm25`, `embedding` [T, G], how like each goal is to
-        all words so far; `outright` [T], what the model answers if asked; `seen`, whether its
-        adapter was fitted on the text of the true goal, and `learned`, whether on these very
-        words; None where no adapter tells.
+        all words so far; `fitted`, [T, G] log-probabilities by each fitted baseline; `outright` [T]
+        and `letters` [T, G], what the model answers if asked; `seen`, whether its adapter was
+        fitted on the text of the true goal, and `learned`, whether on these very words; None where
+        no adapter tells.
     """
     result: dict[str, Any] = {
         **measure_evidence(model, case, layout=layout, likelihood=likelihood),
         "tfidf": tfidf(case.goals, case.turns).tolist(),
         "bm25": bm25(case.goals, case.turns).tolist(),
         "embedding": embedding(case.goals, case.turns).tolist(),
+        "fitted": {
+            name: baseline(case.goals, case.turns).tolist()
+            for name, baseline in (fitted or {}).items()
+        },
     }
     told = adapter_metadata(model)
     for name, key, own in (
@@ -199,6 +208,7 @@ def measure_dialogue(
         result[name] = own in told[key].split() if key in told else None
     if ask_outright:
         result["outright"] = outright(model, case.goals, case.turns)
+        result["letters"] = outright_letters(model, case.goals, case.turns)
     return result
 
 
@@ -260,6 +270,8 @@ def _dialogue(model: ModelSet, spec: Mapping[str, Any]) -> dict[str, Any]:
         way["likelihood"] = own_likelihood(name, model)
     if spec["kind"] == "change":
         return measure_evidence(model, case, **way)
+    if fit := spec.get("fit"):
+        way["fitted"] = fitted_on(**fit)
     return measure_dialogue(model, case, **way, ask_outright=spec["outright"])
 
 

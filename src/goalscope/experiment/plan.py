@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import itertools
 import os
+import re
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import asdict, dataclass, replace
 from pathlib import Path
@@ -24,6 +25,7 @@ from goalscope.datasets import DATASETS, data_folder, load, read_cases
 from goalscope.datasets.case import case_to_json
 from goalscope.datasets.goal_sets import changes_of
 from goalscope.envs.registry import BUILT_IN, domain_named, load_domain, profiles_of
+from goalscope.experiment.fitted_baselines import check_unseen, digest_of, training_cases
 from goalscope.experiment.judge import JUDGE_TEMPERATURE
 from goalscope.experiment.measure import hashes_of, person_of
 from goalscope.experiment.multiple_choice import read_questions
@@ -81,7 +83,8 @@ class DialoguesPart:
 
     `change` is the round (from 1) at which people change their mind (see `changes_of`): goals are
     then random, and the model is not asked outright. `likelihood` is one of your own (see
-    `load_own`). Without `models`, those of the experiment are used.
+    `load_own`). Baselines are fitted on the sources of `fit`, see `read_source`, and on none
+    without it. Without `models`, those of the experiment are used.
     """
 
     set: str = ""
@@ -95,6 +98,7 @@ class DialoguesPart:
     layouts: Listed[Layout] = (DEFAULT_LAYOUT,)
     outright: bool = True
     likelihood: str | None = None
+    fit: Listed[str] = ()
     change: Annotated[Count, Ge(2)] | None = None
     models: Listed[Model] = ()
 
@@ -195,7 +199,7 @@ def read_experiment(file: Path) -> Experiment:
     return replace(
         found,
         models=tuple(_placed_model(model, folder) for model in found.models),
-        dialogues=tuple(_placed(part, folder) for part in found.dialogues),
+        dialogues=tuple(_placed_dialogues(part, folder) for part in found.dialogues),
         episodes=tuple(_placed_episodes(part, folder) for part in found.episodes),
         judge=judge,
     )
@@ -212,6 +216,17 @@ def _own_place(name: str, folder: Path) -> str:
     """FILE.py:NAME with the full path of the file; other names unchanged."""
     file, colon, function = name.rpartition(":")
     return f"{_place(file, folder)}:{function}" if colon else name
+
+
+def _placed_dialogues(part: DialoguesPart, folder: Path) -> DialoguesPart:
+    fit = tuple(_placed_source(name, folder) for name in part.fit)
+    return replace(_placed(part, folder), fit=fit)
+
+
+def _placed_source(name: str, folder: Path) -> str:
+    """A source of dialogues with the full path of its file, if it is one."""
+    file, *places = re.split(r"(?=\[)", name, maxsplit=1)
+    return "".join([_place(file, folder), *places]) if file.endswith(".jsonl") else name
 
 
 def _placed_episodes(part: EpisodesPart, folder: Path) -> EpisodesPart:
@@ -322,6 +337,11 @@ def _dialogue_specs(
         yield from _change_specs(part, part.change, model, folder)
         return
     own = _own_likelihood(part)
+    sources = tuple(_placed_source(name, Path()) for name in part.fit)
+    data = str(folder.absolute()) if folder else None
+    training = training_cases(sources, data)
+    if sources:
+        own["fit"] = {"sources": [*sources], "folder": data, "sha256": digest_of(training)}
     goal_sets = part.goal_sets or (DATASETS[part.set].goal_sets if part.set else ("own",))
     for goal_set in goal_sets:
         is_drawn = goal_set in ("random", "hard")
@@ -340,6 +360,7 @@ def _dialogue_specs(
                 seed=part.seed,
                 limit=part.limit,
             )
+        check_unseen(cases, training)
         for case in cases:
             for layout in part.layouts:
                 yield {
@@ -360,10 +381,11 @@ def _dialogue_specs(
 def _change_specs(
     part: DialoguesPart, round: int, model: Model, folder: Path | None
 ) -> Iterator[dict[str, Any]]:
-    if part.jsonl or part.turns or part.goal_sets not in ((), ("random",)):
+    if part.jsonl or part.turns or part.fit or part.goal_sets not in ((), ("random",)):
         raise InvalidInputError(
             "A change of mind is scripted from the dialogues of a dataset, with random goals "
-            "and turns up to the third after it. Leave out 'jsonl', 'turns' and 'goal_sets'."
+            "and turns up to the third after it. Leave out 'jsonl', 'turns', 'fit' and "
+            "'goal_sets'."
         )
     own = _own_likelihood(part)
     split = part.split or DATASETS[part.set].split

@@ -280,7 +280,13 @@ def _turns_figure(
                         errors(values, scale),
                         color=colour,
                         marker="" if name == UNIFORM and not last else MARKERS[i % len(MARKERS)],
-                        ls="" if last else ":" if name == UNIFORM else "-",
+                        ls=""
+                        if last
+                        else ":"
+                        if name == UNIFORM
+                        else "-"
+                        if i < len(COLOURS)
+                        else "--",
                         label=None if last else "chance" if name == UNIFORM else name,
                     )
             axis.set(xlabel="turn, and number of dialogues that have it", ylabel=label)

@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Collection, Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 
 from goalscope.experiment.dialogues import AS_IN_PAPER, GOALSCOPE, SIMILARITIES
 from goalscope.experiment.episodes import TRIVIAL
+from goalscope.experiment.fitted_baselines import FITTED_METHODS
 from goalscope.experiment.summary import Row, Table, few_notes, without_shared
 from goalscope.report.sections import Section
 
@@ -43,13 +45,13 @@ def _one_belief(rows: Sequence[Row]) -> list[Row]:
     return [{**by_predictor[GOALSCOPE], "Eq. 1: log-loss": paper}]
 
 
-def _similarities(rows: Sequence[Row]) -> list[Row]:
-    """One row with what the simpler predictors reach after the last turn."""
+def _after_last_turn(predictors: Collection[str], rows: Sequence[Row]) -> list[Row]:
+    """One row with what these predictors reach after the last turn."""
     last = _last(rows)
     entries = {
         f"{row['predictor']}: {key}": row[key]
         for row in last
-        if row["predictor"] in SIMILARITIES
+        if row["predictor"] in predictors
         for key in ("top-1", "log-loss")
     }
     return [{"n": last[0]["n"], **entries}] if entries else []
@@ -81,7 +83,15 @@ KINDS = (
         "dialogues-.*",
         ("of", "n", *(f"{way}: {key}" for way in SIMILARITIES for key in ("top-1", "log-loss"))),
         "Similarity of the words to each goal, after the last turn.",
-        _similarities,
+        partial(_after_last_turn, SIMILARITIES),
+    ),
+    _Kind(
+        "fitted",
+        "Simpler ways, fitted on other dialogues of the same sets",
+        "dialogues-.*",
+        ("of", "n", *(f"{way}: {key}" for way in FITTED_METHODS for key in ("top-1", "log-loss"))),
+        "After the last turn. The pages of the parts say what they were fitted on.",
+        partial(_after_last_turn, FITTED_METHODS),
     ),
     _Kind(
         "episodes",
