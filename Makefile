@@ -20,8 +20,8 @@ FIT_alfred := alfred:train[300:]
 FIT_taskmaster4 := taskmaster4:dev[200:]
 HALVES := "teach:train[:740]" "teach:train[740:]" $(foreach set,$(filter-out teach,$(SETS)),"$(FIT_$(set))")
 ADAPTERS := $(patsubst %,adapters/%/adapter.gguf,without-teach without-taskmaster4 teach-10 teach-100)
-# Published as Qwen/Qwen2.5-Coder-1.5B-Instruct-GGUF.
-WRITER := models/qwen2.5-coder-1.5b-instruct-q4_k_m.gguf
+# Published as Qwen/Qwen2.5-Coder-1.5B-Instruct-GGUF and 0.5B.
+LARGER := $(patsubst %,models/qwen2.5-coder-%-instruct-q4_k_m.gguf,0.5b 1.5b)
 FIT := $(BIN)/goalscope fit --start none --out adapters
 SHORT := --steps 100 --every 100 --validation 20
 
@@ -96,7 +96,7 @@ bench: torch  ## speed of a belief update beside other ways, as ratios in one ru
 	$(BIN)/python -m pip install --quiet "$(TORCH)" lm-eval matplotlib minicons
 	$(BIN)/python -W ignore benchmarks/speed.py
 
-results: $(READY) $(ADAPTERS) $(WRITER)  ## every experiment, which takes hours and goes on where it stopped; like `adapter`
+results: $(READY) $(ADAPTERS) $(LARGER)  ## every experiment, which takes hours and goes on where it stopped; like `adapter`
 	@failed=0; for each in $(filter-out plans/paper.toml,$(wildcard plans/*.toml)); do \
 		$(BIN)/goalscope experiment run $$each || failed=1; done; \
 		rm -rf docs/results && $(BIN)/goalscope report results --out docs/results.md && exit $$failed
@@ -143,9 +143,9 @@ adapters/without-%/adapter.gguf: | $(READY)
 adapters/teach-%/adapter.gguf: | $(READY)
 	$(FIT)/teach-$* "teach:train[:$*]" $(SHORT)
 
-$(WRITER):
-	@echo "Some experiments need a larger model: get $(@F) from Qwen/Qwen2.5-Coder-1.5B-Instruct-GGUF on the hub, and put" \
-		"it into models/."; exit 1
+$(LARGER):
+	@echo "Some experiments need a larger model: get $(@F) from the hub, from Qwen/Qwen2.5-Coder-0.5B-Instruct-GGUF or 1.5B," \
+		"and put it into models/."; exit 1
 
 reader writer: %: adapters/%/adapter.gguf  ## the adapter that reads, and the one that proposes, plans and asks; after `make torch`
 	cp $(addprefix adapters/$@/,adapter.gguf fit.json) src/goalscope/models/$@/

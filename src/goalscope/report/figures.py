@@ -271,6 +271,7 @@ def _turns_figure(
                     if len(records) >= least and (estimate := mean_of(records, key, form)):
                         points.append((x + 0.09 * (i - len(predictors) / 2), turn, estimate))
                 colour = INK if name == UNIFORM else COLOURS[i % len(COLOURS)]
+                style = ":" if name == UNIFORM else "-" if i < len(COLOURS) else "--"
                 for last in (False, True):  # the last turn belongs to no line
                     part = [point for point in points if (point[1] is None) == last]
                     values = [estimate for _, _, estimate in part]
@@ -280,13 +281,7 @@ def _turns_figure(
                         errors(values, scale),
                         color=colour,
                         marker="" if name == UNIFORM and not last else MARKERS[i % len(MARKERS)],
-                        ls=""
-                        if last
-                        else ":"
-                        if name == UNIFORM
-                        else "-"
-                        if i < len(COLOURS)
-                        else "--",
+                        ls="" if last else style,
                         label=None if last else "chance" if name == UNIFORM else name,
                     )
             axis.set(xlabel="turn, and number of dialogues that have it", ylabel=label)
