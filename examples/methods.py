@@ -1,12 +1,15 @@
 """Methods of inference of one's own, some thirty lines each. See docs/experiments.md."""
 
 import json
+import math
+from collections import Counter, defaultdict
 
 import numpy as np
 
 from goalscope import UNSPECIFIED
 from goalscope.base.types import Message
 from goalscope.belief.likelihood import RolePlay
+from goalscope.datasets.sources import read_source
 
 
 class Outright:
@@ -65,6 +68,69 @@ class Hypotheses:
         mass = np.bincount(held, weight, len(order)) + self.spread / len(order)
         found = dict(zip(order, mass / mass.sum(), strict=True))
         return np.array([found[goal] for goal in goals])
+
+
+def training_cases():
+    """Dialogues whose goal is known: TEACh's training games, in the folder of datasets."""
+    return [
+        (" ".join(turn.utterance for turn in case.turns), case.true_goal.text)
+        for case in read_source("teach:train", None).cases
+    ]
+
+
+def words(text):
+    """The words of a text."""
+    return text.lower().split()
+
+
+class Unigram:
+    """P(words | goal), counted: how often a word was said with each word of the goal."""
+
+    def __init__(self, model):
+        self.said, self.total = defaultdict(Counter), Counter()
+        for text, goal in training_cases():
+            self.total.update(words(text))
+            for each in {*words(goal)}:
+                self.said[each].update(words(text))
+        self.size = sum(self.total.values())
+
+    def probabilities(self, task, goals, turns):
+        text = [word for turn in turns for word in words(turn.utterance)]
+        nats = np.array([sum(math.log(self.chance(word, goal)) for word in text) for goal in goals])
+        share = np.exp(nats - nats.max())
+        return share / share.sum()
+
+    def chance(self, word, goal):
+        plain = (self.total[word] + 1) / (self.size + len(self.total) + 1)
+        given = [self.said[each] for each in words(goal.text) if each in self.said]
+        if goal == UNSPECIFIED or not given:
+            return plain
+        counts = [(each[word] + 100 * plain) / (each.total() + 100) for each in given]
+        return sum(counts) / len(counts)
+
+
+class Neighbours:
+    """What people wanted who said the most similar things (nearest neighbours)."""
+
+    def __init__(self, model, k=10):
+        self.k, self.cases = (
+            k,
+            [({*words(said)}, {*words(goal)}) for said, goal in training_cases()],
+        )
+        self.rarity = Counter(word for said, _ in self.cases for word in said)
+
+    def probabilities(self, task, goals, turns):
+        text = {word for turn in turns for word in words(turn.utterance)}
+        near = sorted(self.cases, key=lambda case: -self.likeness(text, case[0]))[: self.k]
+        likes = [
+            sum(self.likeness({*words(goal.text)}, wanted) for _, wanted in near) for goal in goals
+        ]
+        share = np.exp(np.array(likes) - max(likes))
+        return share / share.sum()
+
+    def likeness(self, one, other):
+        shared = sum(1 / (1 + self.rarity[word]) for word in one & other)
+        return shared / (1e-9 + sum(1 / (1 + self.rarity[word]) for word in one | other))
 
 
 class Overlap:

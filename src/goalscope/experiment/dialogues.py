@@ -187,6 +187,12 @@ def read_dialogues(cells: Iterable[Measured]) -> tuple[Sample, ...]:
     return tuple(samples)
 
 
+def predictors_of(sample: Sample) -> list[str]:
+    """The predictors in the order of the tables; methods of one's own come last."""
+    own = {record["predictor"] for record in sample.records} - {*PREDICTORS}
+    return [*PREDICTORS, *sorted(own)]
+
+
 def after_turn(sample: Sample, predictor: str, turn: int | None) -> list[Record]:
     """The records of a predictor after a turn; None for each dialogue's last."""
     which = {"last": True} if turn is None else {"turn": turn}
@@ -240,7 +246,7 @@ def dialogue_table(sample: Sample) -> Table:
     longer = any(each["turn"] > 1 for each in sample.records)
     groups = [
         ({"predictor": predictor, "turn": _after(turn)}, records)
-        for predictor, turn in product(PREDICTORS, TURNS if longer else (1,))
+        for predictor, turn in product(predictors_of(sample), TURNS if longer else (1,))
         if (records := after_turn(sample, predictor, turn))
     ]
     title = f"Goals inferred from dialogues: {sample.title}, {number_of(sample)}"
@@ -294,7 +300,12 @@ def _records(cells: Sequence[Measured]) -> Iterator[Record]:
                 yield from _scored(SEEN[result["seen"]], cell, role_play(result, own))
         answers = result.get("outright") or ()
         yield from _scored(OUTRIGHT, cell, [outright_belief(each, goals) for each in answers])
-        for name, beliefs in {**result.get("fitted", {}), LETTERS: result.get("letters")}.items():
+        listed = {LETTERS: result.get("letters")}
+        for name, beliefs in {
+            **result.get("fitted", {}),
+            **result.get("methods", {}),
+            **listed,
+        }.items():
             yield from _scored(name, cell, np.array(beliefs or []))
     for predictor in (GOALS_ALONE, *SIMILARITIES):
         likes = [(cell, table) for cell in cells if (table := likeness(cell, predictor)).size]

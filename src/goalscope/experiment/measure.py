@@ -16,6 +16,7 @@ from typing import Any
 
 import goalscope
 from goalscope.agent.settings import Settings, load_own, own_likelihood, settings_of
+from goalscope.base.stats import log_softmax
 from goalscope.base.types import (
     UNSPECIFIED,
     Action,
@@ -234,7 +235,7 @@ def perform(task: Mapping[str, Any]) -> dict[str, Any]:
         )
     settings = {**spec, **spec.get("settings", {})}
     load_domain(settings.get("domain", SHOP))
-    for own in (settings.get("likelihood"), settings.get("method")):
+    for own in (settings.get("likelihood"), settings.get("method"), *spec.get("methods", ())):
         if own and ":" in own:
             load_own(own)
     return measure(spec)
@@ -272,7 +273,16 @@ def _dialogue(model: ModelSet, spec: Mapping[str, Any]) -> dict[str, Any]:
         return measure_evidence(model, case, **way)
     if fit := spec.get("fit"):
         way["fitted"] = fitted_on(**fit)
-    return measure_dialogue(model, case, **way, ask_outright=spec["outright"])
+    result = measure_dialogue(model, case, **way, ask_outright=spec["outright"])
+    result["methods"] = {}
+    for name, expected in spec.get("methods", {}).items():
+        if hashes_of(Settings(method=name))["method"] != expected:
+            raise InvalidInputError(
+                f"{name} has changed since the experiment was planned. {_AGAIN}"
+            )
+        evidence = evidence_of(own_likelihood(name, model), case.task, case.goals, case.turns)
+        result["methods"][Path(name).name] = log_softmax(evidence.cumsum(axis=0)).tolist()
+    return result
 
 
 def _episode(model: ModelSet, spec: Mapping[str, Any]) -> dict[str, Any]:

@@ -84,7 +84,8 @@ class DialoguesPart:
     `change` is the round (from 1) at which people change their mind (see `changes_of`): goals are
     then random, and the model is not asked outright. `likelihood` is one of your own (see
     `load_own`). Baselines are fitted on the sources of `fit`, see `read_source`, and on none
-    without it. Without `models`, those of the experiment are used.
+    without it. `methods` are of your own (see `load_own`). Without `models`, those of the
+    experiment are used.
     """
 
     set: str = ""
@@ -99,6 +100,7 @@ class DialoguesPart:
     outright: bool = True
     likelihood: str | None = None
     fit: Listed[str] = ()
+    methods: Listed[str] = ()
     change: Annotated[Count, Ge(2)] | None = None
     models: Listed[Model] = ()
 
@@ -220,7 +222,8 @@ def _own_place(name: str, folder: Path) -> str:
 
 def _placed_dialogues(part: DialoguesPart, folder: Path) -> DialoguesPart:
     fit = tuple(_placed_source(name, folder) for name in part.fit)
-    return replace(_placed(part, folder), fit=fit)
+    methods = tuple(_own_place(name, folder) for name in part.methods)
+    return replace(_placed(part, folder), fit=fit, methods=methods)
 
 
 def _placed_source(name: str, folder: Path) -> str:
@@ -337,6 +340,9 @@ def _dialogue_specs(
         yield from _change_specs(part, part.change, model, folder)
         return
     own = _own_likelihood(part)
+    if part.methods:
+        named = [load_own(name, "method") for name in part.methods]
+        own["methods"] = {name: hashes_of(Settings(method=name))["method"] for name in named}
     sources = tuple(_placed_source(name, Path()) for name in part.fit)
     data = str(folder.absolute()) if folder else None
     training = training_cases(sources, data)

@@ -21,11 +21,11 @@ from goalscope.experiment.dialogues import (
     AS_IN_PAPER,
     GOALSCOPE,
     OUTRIGHT,
-    PREDICTORS,
     SEEN,
     UNIFORM,
     after_turn,
     number_of,
+    predictors_of,
     read_dialogues,
     reliability_of,
 )
@@ -213,7 +213,7 @@ def belief_figures(dialogues: Sample, most: int = 10) -> Iterator[Figure]:
         turns.append(None)  # each dialogue's last
     predictors = [
         name
-        for name in PREDICTORS
+        for name in predictors_of(dialogues)
         if name not in SEEN.values() and len(after_turn(dialogues, name, turns[0])) >= least
     ]
     if predictors and predictors != [UNIFORM]:
