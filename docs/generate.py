@@ -19,7 +19,10 @@ from typing import Any
 
 import typer.main
 
+from goalscope.agent.planner import Want
+from goalscope.base.types import Turn
 from goalscope.cli.main import app
+from goalscope.prompts import render
 
 ROOT = Path(__file__).parents[1]
 ELSEWHERE = {
@@ -42,6 +45,7 @@ def on_files(files: Any, config: Any) -> Any:
         files.append(File.generated(config, uri, abs_src_path=str(ROOT / source)))
     files.append(File.generated(config, "commands.md", content=commands_page()))
     files.append(File.generated(config, "code.md", content=code_page()))
+    files.append(File.generated(config, "prompts.md", content=prompts_page()))
     return files
 
 
@@ -66,6 +70,44 @@ def relinked(markdown: str, uri: str) -> str:
         return f"]({near}{found[2] or ''})"
 
     return re.sub(r"\]\(([^)#\s:]+)(#[^)\s]*)?\)", link, markdown)
+
+
+PROMPTS = {
+    "prompt_query": "Conversation: the query",
+    "human": "Conversation: the simulated person",
+    "goal_first": "Inference: the words of a person with a goal, which stands first",
+    "goal_last": "Inference: the same, with the goal beside the query",
+    "rank": "No Inference: the likeliest and the least likely goal",
+    "prompt_goals": "Goal management: propose",
+    "prompt_remove": "Goal management: remove",
+    "prompt_relevant": "Action: what is relevant",
+    "prompt_plan": "Action: the plan",
+    "judge": "Evaluation: the score",
+}
+"""The paper's prompts, by the order of Algorithm 1."""
+
+
+def prompts_page() -> str:
+    """Each prompt of the paper's modules as it is sent, after one turn of an example."""
+    turns = [Turn("What can I help you with?", "I'd like to eat food that is rich in iron.")]
+    wants = [Want("eat more iron", 0.7), Want("cook lentils", 0.2)]
+    values: dict[str, Any] = {
+        "task": "The agent is a shopping agent. Its task is to fill a basket for the human.",
+        "turns": turns, "query": turns[0].query, "status": "The basket is empty.",
+        "goal": "eat more iron", "goals": [want.text for want in wants], "which": "most",
+        "description": "You have anaemia and want to eat food that is rich in iron.", "habit": "",
+        "completion_phrase": "Buy the basket", "things": ["lentils", "spinach", "candles"],
+        "actions": ["add item: Canned Lentils", "add item: Baby Spinach", "buy basket"],
+        "possible": ["search inventory", "add item", "remove item", "buy basket"],
+        "outcome": "The basket holds:\n- 1 x Canned Lentils: $1.19",
+    }  # fmt: skip
+    parts = ["# Prompts\n\nMade from the templates in `src/goalscope/prompts`, for one turn.\n"]
+    for name, title in PROMPTS.items():
+        planned = {"goals": wants} if name in ("prompt_relevant", "prompt_plan") else {}
+        parts.append(f"## {title}\n\n`{name}.jinja`\n")
+        for message in render(name, **{**values, **planned}):
+            parts.append(f"**{message.role}**\n\n```text\n{message.content}\n```\n")
+    return "\n".join(parts)
 
 
 def commands_page() -> str:

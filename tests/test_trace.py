@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from commands import run
+from commands import fails, run
 from fakes import LampRoom, WordModel
 from goalscope.agent.agent import Agent
 from goalscope.base.types import InvalidInputError, Message
@@ -164,3 +164,34 @@ def test_two_traces_are_told_apart_by_module(tmp_path: Path) -> None:
     ]  # fmt: skip
     same = run("trace", str(files[0]), str(files[0])).stdout
     assert "plan       0 of 1 call differ" in same
+
+
+def test_an_episode_runs_again_with_a_module_swapped(tmp_path: Path, words, shop) -> None:
+    file, out = tmp_path / "a.jsonl", tmp_path / "b.jsonl"
+    told = ["--profile", "baker", *shop, "--rounds", "2", "--store", str(tmp_path / "s.db")]
+    assert run("run", *told, "--trace", str(file)).exit_code == 0
+    again = run("trace", str(file), "--swap", "plan", "--out", str(out))
+    assert again.exit_code == 0, again.output
+
+    def utterances(file: Path) -> list[str]:
+        return [each["utterance"] for each in lines(file) if each["event"] == "round"]
+
+    assert utterances(out) == utterances(file) != []
+    answered = {each["module"] for each in lines(out) if "answer" in each}
+    asked = {each["module"] for each in lines(out) if "time" in each and "answer" not in each}
+    assert "read" in answered
+    assert asked <= {"plan"}
+
+
+@pytest.mark.parametrize(
+    ("given", "why"),
+    [
+        (["--swap", "plan"], "add --out FILE"),
+        (["--module", "plans"], "There is no module 'plans'"),
+        (["{file}", "{file}"], "one trace, or two"),
+    ],
+)
+def test_a_command_that_cannot_be_is_refused(file: Path, given: list[str], why: str) -> None:
+    with tracing(file):
+        WordModel().generate(HELLO)
+    assert why in fails(2, "trace", str(file), *(each.format(file=file) for each in given))
