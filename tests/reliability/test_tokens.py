@@ -171,7 +171,7 @@ def chats(text: str) -> list[list[Message]]:
     one += ("done", "aim", "said", "room", "habit")
     values = {
         **dict.fromkeys(one, text),
-        **{key: [Named(text)] * 2 for key in ("goals", "things", "possible", "actions")},
+        **{key: [Named(text)] * 2 for key in ("goals", "names", "things", "possible", "actions")},
         "like": [Scenario(text, text, text, (text,), (text,), (text,), (text,), text)] * 2,
         "turns": [Turn(text, text)] * 4,
         "verbs": [Verb(text, text)] * 2,

@@ -32,10 +32,7 @@ Method = Annotated[
 ]
 Preset = Annotated[
     Literal["paper"] | None,
-    typer.Option(
-        help="paper: Algorithm 1 as it stands, where goals alone lead to actions, every module is "
-        "a prompt, and the belief is that of Eq. 1."
-    ),
+    typer.Option(help="paper: Algorithm 1 as it stands; goals alone lead to actions."),
 ]
 Model = Annotated[
     str | None,
@@ -141,7 +138,7 @@ TraceFile = Annotated[
     typer.Option(
         "--trace",
         metavar="FILE.jsonl",
-        help="Add each call of a model to this file; `goalscope trace` shows it.",
+        help="Add each model call to this file; see `goalscope trace`.",
     ),
 ]
 Json = Annotated[bool, typer.Option("--json", help="Print only JSON to standard output.")]
