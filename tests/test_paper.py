@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from fakes import LampRoom
+from fakes import LampRoom, said
 from goalscope.agent.agent import Agent, run_episode
 from goalscope.agent.people import ConsoleHuman, SimulatedHuman
 from goalscope.base.types import UNSPECIFIED, Action, Goal, InvalidInputError, Profile
@@ -203,7 +203,7 @@ def test_the_simulated_person_is_told_profile_task_status_and_phrase() -> None:
 
     room = LampRoom()
     person = SimulatedHuman(Hears(), Profile("ann", "You cannot sleep.", (), ()), room)
-    person.reply("Yes?", [], room.state().text)
+    person.reply("Yes?", said("Hello.", "Tea.", "Now."), room.state().text)
     for each in ("You cannot sleep.", room.task, "On: nothing.", '"Good night"', "Yes?"):
         assert each in told[0]
 
