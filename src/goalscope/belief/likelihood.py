@@ -222,13 +222,26 @@ def evidence_of(
 
 def unusable(likelihood: object) -> str:
     """Why a user's own likelihood cannot be used; empty if it can."""
-    if isinstance(likelihood, type):
-        return f"it is a class; give an instance, {likelihood.__name__}(...)"
-    if not hasattr(likelihood, "log_likelihood"):
-        return "it has no method log_likelihood; see goalscope.belief.likelihood.Likelihood"
-    method = cast("Likelihood", likelihood).log_likelihood
-    if wrong := misfit(method, "", [], [], since=0):
-        return f"log_likelihood(task, goals, turns, *, since=0) is what it needs ({wrong})"
+    signature = "log_likelihood(task, goals, turns, *, since=0)"
+    return lacking(likelihood, signature, "likelihood.Likelihood", since=0)
+
+
+def lacking(thing: object, signature: str, protocol: str, **named: object) -> str:
+    """Why an object lacks a method of a task, goals and turns; empty if it has it.
+
+    Args:
+        thing: A user's own object.
+        signature: The method as it is written, its name first.
+        protocol: Where in `goalscope.belief` it is described.
+        **named: Further arguments that it must take.
+    """
+    if isinstance(thing, type):
+        return f"it is a class; give an instance, {thing.__name__}(...)"
+    name = signature.partition("(")[0]
+    if not callable(method := getattr(thing, name, None)):
+        return f"it has no method {name}; see goalscope.belief.{protocol}"
+    if wrong := misfit(method, "", [], [], **named):
+        return f"{signature} is what it needs ({wrong})"
     return ""
 
 

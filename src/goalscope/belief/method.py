@@ -10,7 +10,7 @@ import numpy as np
 
 from goalscope.base.types import UNSPECIFIED, Goal, InvalidInputError, Turn
 from goalscope.belief.calibration import PAPER, Calibration
-from goalscope.belief.likelihood import Array, misfit
+from goalscope.belief.likelihood import Array, lacking
 
 LEAST = 1e-12
 """What a probability of 0 counts as, so that later words can still move it."""
@@ -83,7 +83,7 @@ def implied(method: Method) -> Implied:
     Raises:
         InvalidInputError: The object is no method.
     """
-    if wrong := method_misfit(method):
+    if wrong := lacking(method, "probabilities(task, goals, turns)", "method.Method"):
         raise InvalidInputError(f"{method!r} cannot be used as a method: {wrong}.")
     return Implied(method)
 
@@ -111,17 +111,6 @@ def _asked(method: Method, task: str, goals: Sequence[Goal], turns: Sequence[Tur
             f"sum is {found.sum():g}."
         )
     return found
-
-
-def method_misfit(method: object) -> str:
-    """Why an object is no method; empty if it is one."""
-    if isinstance(method, type):
-        return f"it is a class; give an instance, {method.__name__}(...)"
-    if not callable(function := getattr(method, "probabilities", None)):
-        return "it has no method probabilities; see goalscope.belief.method.Method"
-    if wrong := misfit(function, "", [], []):
-        return f"probabilities(task, goals, turns) is what it needs ({wrong})"
-    return ""
 
 
 def check_method(
