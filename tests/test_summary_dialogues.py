@@ -11,6 +11,7 @@ from goalscope.belief.calibration import Calibration
 from goalscope.experiment.dialogues import (
     FITTED_FROM,
     after_turn,
+    dialogue_differences,
     dialogue_table,
     number_of,
     read_dialogues,
@@ -263,3 +264,21 @@ def test_figures_get_the_tables_numbers() -> None:
     last = row(table, name, "last")
     assert (made.n, made.ece) == (2, last["ECE"])
     assert made.band == Interval(last["if calibrated, from"], last["to"])
+
+
+def test_methods_are_compared_in_pairs_over_groups() -> None:
+    own = {"mine": np.log([[0.7, 0.1, 0.1, 0.1]]).tolist()}
+    cells = [dialogue(n, n % 2, 1, methods=own, **{"role-play": [SURE]}) for n in range(4)]
+    (found,) = read_dialogues(cells)
+    table = dialogue_differences(found)
+    pairs = [(each["measure"], each["methods"]) for each in table.rows]
+    assert ("log-loss", "goalscope minus mine") in pairs
+    assert ("log-loss", "mine minus uniform") in pairs
+    assert ("log-loss", "mine minus goalscope") not in pairs
+    losses = {name: row(dialogue_table(found), name, "1")["log-loss"].value for name in
+              ("mine", "uniform")}  # fmt: skip
+    compared = table.rows[pairs.index(("log-loss", "mine minus uniform"))]
+    assert compared["difference"].value == pytest.approx(losses["mine"] - losses["uniform"])
+    number = sum(each["p"] is not None for each in table.rows)
+    assert f"comparisons of this table, {number}." in table.notes[1]
+    assert all(each["p"] <= each["p (Holm)"] for each in table.rows if each["p"] is not None)

@@ -104,13 +104,13 @@ def test_differences_pair_profiles() -> None:
     (found,) = episodes_of([*GOOD, *NONE, alone, *readings])
     table = found["differences"]
     score = row(table, "score", "good minus no-goals")
-    assert score["profiles"] == 2
+    assert score["pairs"] == 2
     assert score["difference"] == Estimate(0.5, None, "percent")  # equal in both
     assert score["p"] == 0.5  # two pairs cannot show more
     assert score["p (Holm)"] == 1  # twice as much, for two comparisons
     assert "the comparisons of this table, 2." in table.notes[0]
     judged = row(table, "judge score")
-    assert (judged["profiles"], judged["difference"]) == (1, Estimate(0.5, None, "percent"))
+    assert (judged["pairs"], judged["difference"]) == (1, Estimate(0.5, None, "percent"))
     assert judged["p"] == 1
 
 

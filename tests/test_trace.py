@@ -1,6 +1,7 @@
 """A trace holds what models were asked and answered, and answers in their place."""
 
 import json
+from itertools import groupby
 from pathlib import Path
 
 import numpy as np
@@ -141,7 +142,8 @@ def test_a_trace_is_shown_by_round_and_module(file: Path) -> None:
         spoken(agent, "I read a book.")
     shown = run("trace", str(file)).stdout
     assert "abc round 1" in shown
-    assert [line.split()[0] for line in shown.splitlines() if " s  " in line] == [
+    modules = [line.split()[0] for line in shown.splitlines() if " s  " in line]
+    assert [name for name, _ in groupby(modules)] == [
         "query", "infer", "propose", "infer", "remove", "relevant", "plan",
     ]  # fmt: skip
     whole = run("trace", str(file), "--module", "plan", "--full").stdout
@@ -195,3 +197,24 @@ def test_a_command_that_cannot_be_is_refused(file: Path, given: list[str], why: 
     with tracing(file):
         WordModel().generate(HELLO)
     assert why in fails(2, "trace", str(file), *(each.format(file=file) for each in given))
+
+
+def test_words_that_are_scored_stand_with_their_goal_and_turn(file: Path) -> None:
+    with tracing(file):
+        tracker = GoalTracker(WordModel(), goals=["bake a cake"])
+        tracker.observe("Yes?", "A cake.")
+        tracker.observe("Which?", "Chocolate.")
+    scored = lines(file, "infer")
+    assert {(each["goal"], each["turn"]) for each in scored} == {
+        (goal.text, turn) for goal in tracker.belief.goals for turn in (1, 2)
+    }
+    shown = run("trace", file, "--module", "infer").stdout
+    assert shown.count("turn 1 under bake a cake") == 1
+
+
+def test_a_selection_without_calls_says_what_there_is(file: Path) -> None:
+    with tracing(file):
+        GoalTracker(WordModel(), goals=["bake a cake"]).observe("Yes?", "A cake.")
+    message = fails(2, "trace", file, "--module", "plan")
+    assert "no such call" in message
+    assert "calls of infer" in message

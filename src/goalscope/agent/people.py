@@ -19,8 +19,16 @@ OPENING = "What can I help you with?"
 FALLBACK = "What else would you like?"
 """The query if there is no better one."""
 
-Habit = Literal["terse", "distracted", "changes-mind", "volunteers-late"]
-"""A habit that makes a simulated person harder to understand than the paper's."""
+Habit = Literal[
+    "terse", "distracted", "changes-mind", "volunteers-late", "forgets", "drifts", "tells-little",
+    "bluffs",
+]  # fmt: skip
+"""A habit that makes a simulated person harder to understand than the paper's.
+
+The last four never state their goal ("Future Work" of the paper).
+"""
+
+_UNSAID = "You never say what you want, only what follows from it."
 
 HABITS: Mapping[Habit, str] = {
     "terse": "You never say more than six words at a time.",
@@ -30,6 +38,11 @@ HABITS: Mapping[Habit, str] = {
     "you say that you have changed your mind.",
     "volunteers-late": "In your first two messages you only say roughly what you want. You tell "
     "the details later.",
+    "forgets": f"{_UNSAID} You forget what you have said, and repeat or contradict it.",
+    "drifts": f"{_UNSAID} What you talk about moves on a little with each question.",
+    "tells-little": f"{_UNSAID} You tell one small detail at a time, and only what is asked for.",
+    "bluffs": f"{_UNSAID} You pretend that something else matters more to you, so that nobody "
+    "guesses it.",
 }
 """What the model that plays a person is told of their habit."""
 
@@ -94,12 +107,38 @@ def question_of(text: str) -> str:
     return head.strip('" ') + "?"
 
 
-def _with_status(model: LanguageModel, name: str, status: str, **values: object) -> list[Message]:
-    """The prompt with the status, or without it if that leaves no room for a reply."""
-    prompt = render(name, status=status, **values)
-    if model.count_tokens(prompt) + _REPLY <= model.context_size:
-        return prompt
-    return render(name, status="", **values)
+def person_prompt(
+    model: LanguageModel,
+    *,
+    task: str,
+    description: str,
+    habit: Habit | None = None,
+    completion_phrase: str = "",
+    turns: Sequence[Turn],
+    query: str,
+    status: str = "",
+) -> list[Message]:
+    """The prompt by which a model plays a person (Sec. 3.2), whose next words answer `query`.
+
+    The oldest turns are left out where the model could not read them all, and the status where it
+    would leave no room for a reply.
+    """
+    past = recent(model, turns, 20)
+    for shown in (status, ""):
+        *before, last = render(
+            "human",
+            task=task,
+            status=shown,
+            description=" ".join(description.split()),
+            habit=HABITS[habit] if habit else "",
+            completion_phrase=completion_phrase,
+            turns=past,
+            query=query,
+        )
+        prompt = [*before, *transcript(past), last]
+        if model.count_tokens(prompt) + _REPLY <= model.context_size:
+            break
+    return prompt
 
 
 class ConsoleHuman:
@@ -176,7 +215,7 @@ class SimulatedHuman:
         self.profile = profile
         self.env = env
         self.seed = seed
-        self.habit = HABITS[habit] if habit else ""
+        self.habit: Habit | None = habit
 
     def reply(self, query: str, turns: Sequence[Turn], status: str) -> str:
         """What the model says as this person; the completion phrase if it says nothing.
@@ -186,19 +225,16 @@ class SimulatedHuman:
         ended = bool(turns) and completes(self.env, turns[-1].utterance)
         if consent := consents(query, self.env, done=ended):
             return consent
-        past = recent(self.model, turns, 20)
-        *before, last = _with_status(
+        prompt = person_prompt(
             self.model,
-            "human",
-            status,
             task=self.env.task,
-            description=" ".join(self.profile.description.split()),
+            description=self.profile.description,
             habit=self.habit,
             completion_phrase=completion_phrase(self.env),
-            turns=past,
+            turns=turns,
             query=query,
+            status=status,
         )
-        prompt = [*before, *transcript(past), last]
         reply = self.model.generate(
             prompt, max_tokens=_REPLY, stop=("\n",), seed=self.seed + len(turns)
         )

@@ -5,7 +5,7 @@ from __future__ import annotations
 import itertools
 from collections.abc import Callable, Sequence
 from inspect import signature
-from typing import Literal, Protocol, cast
+from typing import Any, Literal, Protocol, cast
 
 import numpy as np
 import numpy.typing as npt
@@ -24,6 +24,7 @@ from goalscope.models import LikelihoodModel, Roles
 from goalscope.models.adapters import FITTED_LAYOUT, NO_ADAPTER
 from goalscope.models.opening import adapter_metadata
 from goalscope.models.scoring import logprobs_of
+from goalscope.models.trace import scoring
 from goalscope.prompts import render, transcript
 
 Array = npt.NDArray[np.float64]
@@ -112,10 +113,12 @@ class RolePlay:
         """See `Likelihood.log_likelihood`; the words count as they are in `plain` text."""
         turns = [turn.plain() for turn in turns]
         contexts: list[list[Message]] = []
+        pairs: list[dict[str, Any]] = []
         for t in range(since, len(turns)):
             start = self.window(task, turns[: t + 1])
             for goal in goals:
                 contexts.append(self.context(task, goal, turns[start : t + 1]))
+                pairs.append({"goal": goal.text, "turn": t + 1})
         for goal in goals:
             tokens = self.model.count_tokens([Message("user", goal.text)])
             if tokens > GOAL_TOKENS:
@@ -124,7 +127,8 @@ class RolePlay:
                     f"Say it in fewer words: {goal.text[:60]!r}..."
                 )
         words = [turn.utterance for turn in turns[since:] for _ in goals]
-        scores = logprobs_of(self.model, contexts, words)
+        with scoring(pairs):
+            scores = logprobs_of(self.model, contexts, words)
         values = np.array([float(score.sum()) for score in scores])
         return values.reshape(len(turns) - since, len(goals))
 

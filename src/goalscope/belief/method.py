@@ -15,6 +15,9 @@ from goalscope.belief.likelihood import Array, lacking
 LEAST = 1e-12
 """What a probability of 0 counts as, so that later words can still move it."""
 
+NEGLIGIBLE = 1e-6
+"""A probability of Unspecified that no goal is ever proposed by."""
+
 _TASK = "Help the human."
 _GOALS = (UNSPECIFIED, *map(Goal, ("bake a cake", "cook tomato soup", "wash the car")))
 _TURNS = (
@@ -142,14 +145,17 @@ def check_method(
         backwards = _asked(method, task, goals[::-1], turns[:t])[::-1]
         _hold(whole, backwards, "belong to the goals, in whatever order they are given")
         _hold(np.ones(1), _asked(method, task, goals[:1], turns[:t]), "be 1 for a goal alone")
-        left = [i for i in range(len(goals)) if i != whole.argmax()]
-        fewer = _asked(method, task, [goals[i] for i in left], turns[:t]) if left else whole
-        conditioned = whole[left] / max(whole[left].sum(), LEAST) if left else whole
-        if np.abs(fewer - conditioned).max() > 1e-3:
-            notes.append("It scores goals jointly: without one of them, the others' ratios change.")
+        for dropped in goals if len(goals) > 1 else ():
+            left = [i for i, goal in enumerate(goals) if goal != dropped]
+            fewer = _asked(method, task, [goals[i] for i in left], turns[:t])
+            conditioned = whole[left] / max(whole[left].sum(), LEAST)
+            if np.abs(fewer - conditioned).max() > 1e-3:
+                notes.append(
+                    "It scores goals jointly: without one of them, the others' ratios change."
+                )
         again = _asked(method, task, goals, turns[:t])
         _hold(whole, again, "be the same when it is asked again")
-    if UNSPECIFIED in goals and whole[[*goals].index(UNSPECIFIED)] <= LEAST:
+    if UNSPECIFIED in goals and whole[[*goals].index(UNSPECIFIED)] < NEGLIGIBLE:
         notes.append("Unspecified never has a probability, so that no goal is ever proposed.")
     return list(dict.fromkeys(notes))
 

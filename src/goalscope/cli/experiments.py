@@ -178,6 +178,51 @@ def dialogues(
     _run(plan, data, results, workers, anyway, as_json)
 
 
+@bench.command()
+def people(
+    results: Annotated[
+        Path, typer.Argument(help="Results of an experiment with episodes: results/NAME.db.")
+    ],
+    set: Annotated[
+        str, typer.Option(help="Real people: teach, multiwoz, casino or taskmaster4.")
+    ] = "teach",
+    data: Data = None,
+    limit: Limit = 40,
+    prompts: Annotated[
+        bool, typer.Option(help="Also score the real words by each simulated person's prompt.")
+    ] = True,
+    model: Model = None,
+    generator: Writer = None,
+    scorer: Scorer = None,
+    tokenizer: Tokenizer = None,
+    as_json: Json = False,
+) -> None:
+    """Compare how simulated people talk with how real people do.
+
+    Shows the lengths of turns, questions, how much of the goal is recited, and how likely real
+    words are by the prompts that play people.
+    """
+    from goalscope.datasets import load, named_folder
+    from goalscope.experiment.measure import opened
+    from goalscope.experiment.realism import prompt_table, realism_table, simulated_talks
+    from goalscope.experiment.results import Results
+
+    cases = load(set, named_folder(data))[:limit]
+    with Results.in_memory(results) as kept:
+        talks = simulated_talks(kept)
+    if not talks:
+        raise InvalidInputError(
+            f"{results} has no episodes. `goalscope experiment run FILE` makes some, from a file "
+            'with [[episodes]] and humans = "simulated".'
+        )
+    tables = [realism_table(talks, set, cases)]
+    if prompts:
+        with loading():
+            playing = opened(_model(model, generator, scorer, tokenizer))
+        tables.append(prompt_table(set, cases, playing))
+    show_tables(tables, as_json)
+
+
 @experiment.command(name="run")
 def run_experiment(
     file: Annotated[

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 from collections import Counter
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -73,33 +73,37 @@ def trace(
         _compare(shown, [*filter(chosen, read_trace(files[1]))], as_json=as_json)
     elif as_json:
         print(json.dumps(shown))
-    else:
+    elif any(line["event"] in ("model", "score") for line in shown):
         _show(shown, full=full)
+    else:
+        found = dict.fromkeys(line["module"] for line in lines if line["module"])
+        last = max((line["round"] for line in lines), default=0)
+        raise InvalidInputError(
+            f"The trace has no such call. It has {pluralize(last, 'round')} and calls of "
+            f"{', '.join(found) or 'no module'}."
+        )
 
 
 def _show(lines: Sequence[Line], *, full: bool) -> None:
     """Print the calls, a line each, or whole."""
     where: tuple[str, int] | None = None
-    for calls in _grouped(lines):
-        first = calls[0]
-        here = first["episode"], first["round"]
-        if first["event"] not in ("model", "score", "round"):
+    for line in lines:
+        here = line["episode"], line["round"]
+        if line["event"] not in ("model", "score", "round"):
             continue
         if here != where:
             where = here
-            say(f"{first['episode']} round {first['round']}".strip(), "bold")
-        if first["event"] == "round":
-            _show_round(first)
+            say(f"{line['episode']} round {line['round']}".strip(), "bold")
+        if line["event"] == "round":
+            _show_round(line)
         elif full:
-            for call in calls:
-                say(f"{call['module']} | {call['model']}", "cyan")
-                say(call.get("prompt") or _chat(call))
-                say(_answer(call), "green")
+            of = f" | turn {line['turn']} under {line['goal']}" if "goal" in line else ""
+            say(f"{line['module']} | {line['model']}{of}", "cyan")
+            say(line.get("prompt") or _chat(line))
+            say(_answer(line), "green")
         else:
-            seconds = sum(call["time"] for call in calls)
-            said = f" x {len(calls)}" if len(calls) > 1 else ""
-            answer = " ".join(_answer(calls[-1]).split())
-            say(f"  {first['module'] + said:12} {seconds:6.1f} s  {answer:.100}")
+            answer = " ".join(_answer(line).split())
+            say(f"  {line['module']:9} {line['time']:6.1f} s  {answer:.100}")
 
 
 def _show_round(line: Line) -> None:
@@ -107,19 +111,6 @@ def _show_round(line: Line) -> None:
         say(f"    {probability:6.1%}  {goal}", "dim")
     for each in (*line["changes"], *line["actions"]):
         say(f"    {each}", "dim")
-
-
-def _grouped(lines: Sequence[Line]) -> Iterator[list[Line]]:
-    """Runs of scored words of one module together, as they were asked for; the rest alone."""
-    group: list[Line] = []
-    for line in lines:
-        alike = group and all(line[key] == group[0][key] for key in ("event", "module", "round"))
-        if group and not (alike and line["event"] == "score"):
-            yield group
-            group = []
-        group.append(line)
-    if group:
-        yield group
 
 
 def _compare(one: Sequence[Line], other: Sequence[Line], *, as_json: bool) -> None:
@@ -168,8 +159,9 @@ def _answer(line: Line) -> str:
     output = line["output"]
     if line["event"] == "model":
         return output["completion"]
-    nats = [each["logprob"] for each in output["logprobs"]]
-    return f"{sum(nats):.3f} nats: {line['words']}"
+    nats = sum(each["logprob"] for each in output["logprobs"])
+    under = f"turn {line['turn']} under {line['goal']}" if "goal" in line else line["words"]
+    return f"{nats:9.3f} nats: {under}"
 
 
 def _run_again(

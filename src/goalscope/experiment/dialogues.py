@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from itertools import product
+from statistics import fmean
 from typing import Any
 
 import numpy as np
@@ -20,6 +21,7 @@ from goalscope.experiment.summary import (
     NO_INTERVAL,
     Columns,
     Estimate,
+    Form,
     Labels,
     Measured,
     Record,
@@ -29,6 +31,8 @@ from goalscope.experiment.summary import (
     average,
     chosen,
     count,
+    difference_note,
+    difference_rows,
     rows_of,
     slug,
 )
@@ -252,6 +256,49 @@ def dialogue_table(sample: Sample) -> Table:
     title = f"Goals inferred from dialogues: {sample.title}, {number_of(sample)}"
     notes = (*sample.notes, *NOTES)
     return Table(f"dialogues-{sample.name}", title, rows_of(groups, COLUMNS), notes)
+
+
+def dialogue_differences(sample: Sample) -> Table:
+    """goalscope, and each method of one's own, minus each other predictor after the last turn."""
+    predictors = predictors_of(sample)
+    own = [each for each in predictors if each == GOALSCOPE or each not in PREDICTORS]
+    pairs = dict.fromkeys(
+        (one, other)
+        for one in own
+        for other in predictors
+        if one != other and (other not in own or own.index(one) < own.index(other))
+    )
+    rows = difference_rows(
+        ({"measure": name, "methods": f"{one} minus {other}"},
+         *_group_means(sample, one, other, key), form)
+        for name, key, form in MEASURES
+        for one, other in pairs
+    )  # fmt: skip
+    title = f"Differences between predictors: {sample.title}, {number_of(sample)}"
+    note = "After the last turn, over groups of dialogues that share people."
+    return Table(f"differences-{sample.name}", title, rows, (note, difference_note(rows)))
+
+
+MEASURES: tuple[tuple[str, str, Form], ...] = (
+    ("top-1", "top1", "percent"),
+    ("log-loss", "log_loss", "number"),
+)
+"""What is compared: its heading, its key in a record, and how it is shown."""
+
+
+def _group_means(sample: Sample, one: str, other: str, key: str) -> tuple[list[float], ...]:
+    """A measure of two predictors after the last turn, by group of dialogues that both judged."""
+    found: list[dict[str, Record]] = [
+        {record["case"]["id"]: record for record in after_turn(sample, each, None)}
+        for each in (one, other)
+    ]
+    groups: dict[str, list[str]] = {}
+    for id in found[0].keys() & found[1]:
+        groups.setdefault(found[0][id]["group"], []).append(id)
+    return tuple(
+        [fmean(records[id][key] for id in groups[group]) for group in sorted(groups)]
+        for records in found
+    )
 
 
 def by_settings(

@@ -12,7 +12,7 @@ from typing import Any
 
 from goalscope.agent.settings import Settings
 from goalscope.agent.toolkit import MODULES
-from goalscope.base.stats import holm, paired_difference, pooled_sd_of_mean
+from goalscope.base.stats import pooled_sd_of_mean
 from goalscope.base.types import pluralize
 from goalscope.envs import Outcome
 from goalscope.experiment.judge import JUDGE_TEMPERATURE
@@ -21,7 +21,6 @@ from goalscope.experiment.results import Cell
 from goalscope.experiment.summary import (
     NO_INTERVAL,
     Columns,
-    Entry,
     Estimate,
     Form,
     Labels,
@@ -32,6 +31,8 @@ from goalscope.experiment.summary import (
     averaged,
     chosen,
     count,
+    difference_note,
+    difference_rows,
     mean,
     percent,
     rows_of,
@@ -70,9 +71,7 @@ NOTES = (
     "Rounds, replans and terminated are means over runs; retries are attempts beyond the first.",
 )
 PAIR_NOTE = (
-    "In percentage points, over profiles that both methods ran (with the same seeds, averaged), "
-    f"with a 95 % paired bootstrap interval over profiles. {NO_INTERVAL} p is two-sided, from a "
-    "sign-flip permutation test; p (Holm) is corrected for the comparisons of this table, {}."
+    "In percentage points, over people whom both methods served (with the same seeds, averaged)."
 )
 
 
@@ -185,10 +184,9 @@ def episode_tables(sample: Sample) -> list[Table]:
     judged = (*(JUDGE_NOTES if headings_of_judges(sample) else ()), *sample.notes)
     profiles = sorted({run["profile"] for run in sample.records})
     pairs = _differences(sample)
-    number = sum(row["p"] is not None for row in pairs)
     every = [
         ("methods", method_rows(sample), (*NOTES, *judged)),
-        ("differences", pairs, (PAIR_NOTE.format(number), *judged)),
+        ("differences", pairs, (PAIR_NOTE, difference_note(pairs), *judged)),
         ("profiles", [row for each in profiles for row in method_rows(sample, each)], judged),
     ]
     return [
@@ -307,19 +305,12 @@ def _judge_columns(by: str) -> tuple[Columns, ...]:
 def _differences(sample: Sample) -> list[Row]:
     """Each method minus each that follows it, paired by profile."""
     measures = ["score", *(f"judge score{by}" for by in headings_of_judges(sample))]
-    rows: list[dict[str, Entry]] = []
-    tests: list[float] = []
-    for measure, (one, other) in product(measures, combinations(methods_of(sample), 2)):
-        a, b = _pairs(sample, one, other, measure)
-        found = paired_difference(a, b) if a else None
-        tests += [found.p] if found else []
-        rows.append({
-            "measure": measure, "methods": f"{one} minus {other}", "profiles": len(a),
-            "difference": found and Estimate(found.difference, found.interval, "percent", len(a)),
-            "p": found and found.p,
-        })  # fmt: skip
-    corrected = iter(holm(tests))
-    return [{**row, "p (Holm)": row["p"] if row["p"] is None else next(corrected)} for row in rows]
+    pairs = product(measures, combinations(methods_of(sample), 2))
+    return difference_rows(
+        ({"measure": measure, "methods": f"{one} minus {other}"},
+         *_pairs(sample, one, other, measure), "percent")
+        for measure, (one, other) in pairs
+    )  # fmt: skip
 
 
 def _pairs(sample: Sample, one: str, other: str, measure: str) -> tuple[list[float], list[float]]:

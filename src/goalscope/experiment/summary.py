@@ -17,7 +17,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, Literal, cast
 
-from goalscope.base.stats import Interval, bootstrap_mean
+from goalscope.base.stats import Interval, bootstrap_mean, holm, paired_difference
 from goalscope.base.text import terminal_safe
 from goalscope.models.opening import model_label
 
@@ -226,6 +226,35 @@ def mean_of(records: Iterable[Record], key: str, form: Form = "number") -> Estim
     """The mean of the records' values of a key, with its interval; None if none has the key."""
     found = [each for each in records if key in each]
     return averaged([each[key] for each in found], [each["group"] for each in found], form)
+
+
+def difference_rows(
+    pairs: Iterable[tuple[Row, Sequence[float], Sequence[float], Form]],
+) -> list[Row]:
+    """A row for each comparison: the mean difference with its interval, p, and p by Holm.
+
+    Args:
+        pairs: The entries that name a row, the paired values of the one and the other, by person
+            or group, and how their difference is shown. Without pairs it has no entry.
+    """
+    rows: list[Row] = []
+    for head, one, other, form in pairs:
+        found = paired_difference(one, other) if one else None
+        estimate = found and Estimate(found.difference, found.interval, form, len(one))
+        rows.append({**head, "pairs": len(one), "difference": estimate, "p": found and found.p})
+    tests = [row["p"] for row in rows if isinstance(row["p"], float)]
+    corrected = iter(holm(tests))
+    return [{**row, "p (Holm)": None if row["p"] is None else next(corrected)} for row in rows]
+
+
+def difference_note(rows: Sequence[Row]) -> str:
+    """The note below a table of `difference_rows`."""
+    number = sum(row["p"] is not None for row in rows)
+    return (
+        f"95 % paired bootstrap intervals over pairs. {NO_INTERVAL} p is two-sided, from a "
+        "sign-flip permutation test; p (Holm) is corrected for the comparisons of this table, "
+        f"{number}."
+    )
 
 
 class Labels:

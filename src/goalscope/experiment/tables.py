@@ -19,6 +19,7 @@ from goalscope.experiment.dialogues import (
     GOALSCOPE,
     among_goals,
     by_settings,
+    dialogue_differences,
     dialogue_table,
     read_dialogues,
 )
@@ -247,7 +248,11 @@ def tables_of(cells: Sequence[Cell]) -> list[Table]:
     measured = [(cell.spec, cell.result or {}) for cell in done]
     tables = [
         *question_tables(measured),
-        *map(dialogue_table, read_dialogues(measured)),
+        *(
+            make(each)
+            for each in read_dialogues(measured)
+            for make in (dialogue_table, dialogue_differences)
+        ),
         *map(change_table, read_changes(measured)),
         *(table for sample in read_episodes(done) for table in episode_tables(sample)),
     ]

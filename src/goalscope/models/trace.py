@@ -37,6 +37,9 @@ _Method = TypeVar("_Method", bound=Callable[..., Any])
 _place: ContextVar[Line] = ContextVar("place")
 """The episode, round and module that calls are for."""
 
+_scored: ContextVar[Sequence[Line]] = ContextVar("scored", default=())
+"""The goal and the turn of each pair that is being scored."""
+
 _NOWHERE: Line = {"episode": "", "round": 0, "module": ""}
 
 _active: Trace | None = None
@@ -50,6 +53,16 @@ def during(**place: Any) -> Generator[None]:
         yield
     finally:
         _place.reset(token)
+
+
+@contextmanager
+def scoring(pairs: Sequence[Line]) -> Generator[None]:
+    """Have the pairs that the block scores in one call stand with their `goal` and `turn`."""
+    token = _scored.set(pairs)
+    try:
+        yield
+    finally:
+        _scored.reset(token)
 
 
 def note(event: str, **what: Any) -> None:
@@ -160,8 +173,10 @@ class Trace:
     ) -> list[Array]:
         """The log-probabilities of a model or, where they are known, the recorded ones."""
         lines = [
-            _line("score", model, context, writing=False) | {"words": words}
-            for context, words in zip(contexts, continuations, strict=True)
+            _line("score", model, context, writing=False) | {"words": words, **about}
+            for context, words, about in zip(
+                contexts, continuations, _scored.get() or [{}] * len(contexts), strict=True
+            )
         ]
         known = [self._recorded.get(_exact(line)) for line in lines]
         new = [i for i, found in enumerate(known) if not found]

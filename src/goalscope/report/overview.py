@@ -7,7 +7,7 @@ from collections.abc import Callable, Collection, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 
-from goalscope.experiment.dialogues import AS_IN_PAPER, GOALSCOPE, SIMILARITIES
+from goalscope.experiment.dialogues import AS_IN_PAPER, GOALSCOPE, PREDICTORS, SIMILARITIES
 from goalscope.experiment.episodes import TRIVIAL
 from goalscope.experiment.fitted_baselines import FITTED_METHODS
 from goalscope.experiment.summary import Row, Table, few_notes, without_shared
@@ -43,6 +43,11 @@ def _one_belief(rows: Sequence[Row]) -> list[Row]:
         return []
     paper = by_predictor[AS_IN_PAPER]["log-loss"]
     return [{**by_predictor[GOALSCOPE], "Eq. 1: log-loss": paper}]
+
+
+def _own_methods(rows: Sequence[Row]) -> list[Row]:
+    """A row for each method of one's own after the last turn."""
+    return [row for row in _last(rows) if row["predictor"] not in PREDICTORS]
 
 
 def _after_last_turn(predictors: Collection[str], rows: Sequence[Row]) -> list[Row]:
@@ -94,6 +99,14 @@ KINDS = (
         partial(_after_last_turn, FITTED_METHODS),
     ),
     _Kind(
+        "methods",
+        "Methods of one's own, on the same dialogues",
+        "dialogues-.*",
+        ("of", "predictor", "n", "top-1", "log-loss"),
+        "After the last turn. The pages of the parts compare them in pairs.",
+        _own_methods,
+    ),
+    _Kind(
         "episodes",
         "Episodes: is what was wanted done in the end?",
         r"episodes-.*-methods",
@@ -107,7 +120,7 @@ KINDS = (
         "differences",
         "Episodes: differences between the methods",
         r"episodes-.*-differences",
-        ("of", "measure", "methods", "profiles", "difference", "p", "p (Holm)"),
+        ("of", "measure", "methods", "pairs", "difference", "p", "p (Holm)"),
         "In percentage points, paired by person. p: two-sided, from a sign-flip permutation test; "
         "p (Holm): corrected for the comparisons of the same people and setting.",
     ),
