@@ -79,8 +79,8 @@ class Domain:
         draw: Draws the state as an SVG of a width in px; what has changed since a snapshot stands
             out.
         open_planner: Opens a planner of its own, for a model and a seed; None for the usual one.
-        trivial: Policies that look at nobody, by name: each takes one of its lists of actions, at
-            random.
+        trivial: Policies that do the same for everybody, by name: each takes one of its lists of
+            actions, at random.
     """
 
     name: str

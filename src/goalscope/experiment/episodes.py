@@ -42,7 +42,7 @@ from goalscope.experiment.summary import (
 METHODS = ("good", "no-goals", "no-inference")
 """The methods of the paper (Sec. 4.3), in its order; others follow by name."""
 TRIVIAL = ("nothing", "random item", "bananas", "everything")
-"""Policies that look at nobody (see `trivial_figures`), below the methods in tables."""
+"""Policies that do the same for everybody (see `trivial_figures`), below the methods in tables."""
 DEFAULTS: Mapping[str, Any] = {
     key: value for key, value in asdict(Settings()).items() if key in ("propose", "k", "prompted")
 }
@@ -59,8 +59,8 @@ NOTES = (
     "prohibitions. Needs are the profile's checks that do not hold at the start; prohibitions are "
     "those that do. It and the judge's score are means over profiles of the means over their runs, "
     f"with a 95 % bootstrap interval over profiles. {NO_INTERVAL}",
-    "Nothing, random item, bananas and everything look at nobody: they leave all as it is, or put "
-    "one item of the catalogue (a mean over its items), bananas, or one of each item into "
+    "Nothing, random item, bananas and everything are trivial policies: they leave all as it is, "
+    "or put one item of the catalogue (a mean over its items), bananas, or one of each item into "
     "everybody's basket.",
     "SD: pooled standard deviation of the mean, the noise of repeated runs of a profile (score), "
     "or of repeated trials on a run (judge, Sec. 5.1), and not of the choice of profiles; the "

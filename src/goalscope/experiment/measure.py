@@ -349,7 +349,7 @@ def figures_of(outcome: Outcome) -> dict[str, float]:
 def trivial_figures(
     domain: Domain, env: Environment, profile: Profile
 ) -> dict[str, dict[str, float]]:
-    """What is reached without looking at anybody: by doing nothing, and by `domain.trivial`.
+    """What the same for everybody reaches: doing nothing, and `domain.trivial`.
 
     Returns:
         `figures_of` each policy by its name, means over its lists of actions; none without any.

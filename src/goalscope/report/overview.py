@@ -112,8 +112,9 @@ KINDS = (
         r"episodes-.*-methods",
         (),
         "Score: m / (n + u + v) for n needs, of which m are met, u unwanted things and v violated "
-        "prohibitions, a mean over people. Nothing, random item, bananas and everything look at "
-        "nobody. Unwanted: number of things that the person neither asked for nor would welcome.",
+        "prohibitions, a mean over people. Nothing, random item, bananas and everything are "
+        "trivial policies, the same for everybody. Unwanted: number of things that the person "
+        "neither asked for nor would welcome.",
         _side_by_side,
     ),
     _Kind(
