@@ -34,8 +34,7 @@ import typer
 from goalscope import Agent
 from goalscope.base.types import InvalidInputError
 from goalscope.cli.options import Json, Method, Model
-from goalscope.cli.tables import show_tables
-from goalscope.cli.terminal import model_names, opened_model
+from goalscope.cli.terminal import model_names, opened_model, show_tables
 from goalscope.cli.terminal import progress as shown_progress
 from goalscope.datasets import DATASETS, data_folder
 from goalscope.datasets.files import Row, line_rows

@@ -25,8 +25,7 @@ from goalscope.base.inputs import shown
 from goalscope.base.text import terminal_safe
 from goalscope.base.types import InvalidInputError, Turn, UnreadableAnswerError
 from goalscope.cli.options import Json, Model, ReadingAdapter, ReadingForm
-from goalscope.cli.tables import show_tables
-from goalscope.cli.terminal import console, loading, model_names, progress
+from goalscope.cli.terminal import console, loading, model_names, progress, show_tables
 from goalscope.datasets import DATASETS, data_folder
 from goalscope.datasets.case import OPENING, turns_of
 from goalscope.datasets.files import Row, line_rows

@@ -14,7 +14,7 @@ from dataclasses import replace
 from pathlib import Path
 
 from goalscope.base.types import Goal
-from goalscope.datasets import read_cases, write_cases
+from goalscope.datasets.case import read_cases, write_cases
 
 
 def words(name: str) -> str:

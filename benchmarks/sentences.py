@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from goalscope import UNSPECIFIED, Goal, GoalTracker, open_model
 from goalscope.belief.advice import SURE, advice
-from goalscope.models import OpenModel
+from goalscope.models.opening import ModelSet
 
 BANK = [
     "transfer money to Anna",
@@ -48,7 +48,7 @@ LUGGAGE = ("get their lost suitcase back", "find lost luggage")
 BAGS = ("My suitcase didn't come out on the belt in Lisbon.", "My bag never arrived.")
 
 
-def after(model: OpenModel, task: str, goals: list[str], *turns: tuple[str, str]) -> GoalTracker:
+def after(model: ModelSet, task: str, goals: list[str], *turns: tuple[str, str]) -> GoalTracker:
     """A tracker of the goals that has heard the turns."""
     tracker = GoalTracker(model, task=task, goals=goals)
     for query, utterance in turns:

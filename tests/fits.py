@@ -12,7 +12,7 @@ import pytest
 
 from goalscope.base.types import UNSPECIFIED, Goal, Turn
 from goalscope.belief.likelihood import Layout, RolePlay
-from goalscope.datasets import Case
+from goalscope.datasets.case import Case
 from goalscope.datasets.sources import Source, read_source
 from goalscope.fitting.learner import Example, Learner
 from goalscope.fitting.plan import Plan

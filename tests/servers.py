@@ -15,9 +15,8 @@ from pathlib import Path
 import pytest
 
 from converting import convert
-from goalscope.models import OpenModel
 from goalscope.models.llama.model import embedded_path
-from goalscope.models.opening import open_model
+from goalscope.models.opening import ModelSet, open_model
 
 CONTEXT = 1024
 """Tokens that the servers read."""
@@ -70,7 +69,7 @@ def llama_server_address(
 
 
 @pytest.fixture(scope="session")
-def llama_server(llama_server_address: str) -> Iterator[OpenModel]:
+def llama_server(llama_server_address: str) -> Iterator[ModelSet]:
     """The embedded model's weights behind llama.cpp's own server, to write and to score."""
     model = open_model(llama_server_address, tokenizer=embedded_path())
     yield model

@@ -13,7 +13,8 @@ from hypothesis import strategies as st
 from fakes import WordModel
 from goalscope.base.types import Goal, InvalidInputError, Turn
 from goalscope.belief.calibration import Calibration
-from goalscope.datasets import Case, data_folder, load
+from goalscope.datasets import data_folder, load
+from goalscope.datasets.case import Case
 from goalscope.datasets.goal_sets import AFTER, changes_of
 from goalscope.experiment.dialogues import read_dialogues
 from goalscope.experiment.measure import KINDS

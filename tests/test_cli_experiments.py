@@ -10,7 +10,7 @@ import pytest
 from commands import fails, run
 from goalscope.base.stats import Interval
 from goalscope.base.types import InvalidInputError, ModelError
-from goalscope.cli.tables import show_tables
+from goalscope.cli.terminal import show_tables
 from goalscope.experiment import measure as measuring
 from goalscope.experiment.fitted_baselines import FITTED_METHODS
 from goalscope.experiment.results import Results

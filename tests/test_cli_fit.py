@@ -18,11 +18,10 @@ from commands import fails, run
 from fits import GOALS, OLD_NAME, SETTINGS, TASK, Finished, fit, last_error
 from goalscope.base.types import Turn
 from goalscope.belief.likelihood import RolePlay
-from goalscope.datasets import said_key
+from goalscope.datasets.case import said_key
 from goalscope.datasets.goal_sets import chance, goal_key
 from goalscope.fitting import plan
-from goalscope.fitting.data import parted
-from goalscope.fitting.plan import Plan
+from goalscope.fitting.plan import Plan, parted
 from goalscope.fitting.train import _by_truth
 from goalscope.models.adapters import (
     FITTED_DIALOGUES,

@@ -14,7 +14,7 @@ import fits
 from commands import fails, run
 from fits import OLD_NAME, SETTINGS, Finished, case, fit, last_error, rows_file
 from goalscope.base.types import InvalidInputError, Turn
-from goalscope.datasets import said_key
+from goalscope.datasets.case import said_key
 from goalscope.datasets.sources import Source, read_source
 from goalscope.fitting.plan import Plan
 from goalscope.models.adapters import FITTED_DIALOGUES, read_adapter

@@ -15,7 +15,8 @@ from typer.testing import CliRunner
 
 from goalscope.base.types import InvalidInputError, Turn, canonical
 from goalscope.cli.data import data
-from goalscope.datasets import DATASETS, READERS, Case, data_folder, load, read_cases, turns_of
+from goalscope.datasets import DATASETS, READERS, data_folder, load
+from goalscope.datasets.case import Case, read_cases, turns_of
 from goalscope.datasets.loaders import detokenised
 
 DATA = os.environ.get("GOALSCOPE_DATA")

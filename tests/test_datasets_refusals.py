@@ -9,7 +9,8 @@ from typing import Any
 import pytest
 
 from goalscope.base.types import Turn
-from goalscope.datasets import DATASETS, data_folder, load, read_cases
+from goalscope.datasets import DATASETS, data_folder, load
+from goalscope.datasets.case import read_cases
 from test_datasets import (
     MAKE,
     game,

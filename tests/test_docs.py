@@ -26,7 +26,7 @@ import typer.main
 import goalscope
 from commands import run
 from goalscope.cli.main import app
-from goalscope.datasets import read_cases
+from goalscope.datasets.case import read_cases
 from goalscope.envs import grocery, house
 from goalscope.experiment.plan import read_experiment
 from goalscope.study.plan import read_plan

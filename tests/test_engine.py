@@ -28,7 +28,7 @@ def test_a_file_that_is_no_library_is_refused(
     (folder / "libllama.so").write_text("This is no library.")
     monkeypatch.syspath_prepend(tmp_path)
     with pytest.raises(ModelError, match=f"{PACKAGE.name} cannot be loaded"):
-        replace(PACKAGE, module="broken_engine", places=("libllama.so",)).load()
+        replace(PACKAGE, module="broken_engine", file="libllama.so").load()
 
 
 LAYOUT = (
@@ -83,7 +83,7 @@ def test_another_layout_of_its_settings_is_refused(
     command = ["cc", "-shared", "-fPIC", "-w", "-o", str(folder / "libllama.so"), str(source)]
     subprocess.run(command, check=True)
     monkeypatch.syspath_prepend(tmp_path)
-    package = replace(PACKAGE, module="other_engine", places=("libllama.so",))
+    package = replace(PACKAGE, module="other_engine", file="libllama.so")
     if not old:
         package.load()
         return

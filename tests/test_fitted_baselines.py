@@ -11,7 +11,7 @@ import pytest
 
 from fakes import said
 from goalscope.base.types import Goal, InvalidInputError
-from goalscope.datasets import Case
+from goalscope.datasets.case import Case
 from goalscope.experiment.fitted_baselines import (
     FITTED_METHODS,
     Fitted,

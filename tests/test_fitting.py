@@ -23,7 +23,7 @@ from fits import (
     learner_of,
 )
 from goalscope.base.types import UNSPECIFIED, GoalscopeError
-from goalscope.datasets import Case
+from goalscope.datasets.case import Case
 from goalscope.fitting.learner import Example, Learner
 from goalscope.fitting.train import Fit, Settings, Validation, _scores
 from test_datasets import refused

@@ -8,7 +8,8 @@ import pytest
 from commands import run
 from goalscope.base.types import Action, GoalscopeError, InvalidInputError
 from goalscope.envs.check import check_env
-from goalscope.envs.house import HomeRobot, HouseController, start_thor
+from goalscope.envs.house import HomeRobot, HouseController
+from goalscope.envs.house.simulator.world import start_thor
 from goalscope.language.dialogue_state import DialogueState
 from goalscope.language.matcher import Matcher
 from goalscope.language.orders import Order

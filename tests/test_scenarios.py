@@ -2,9 +2,10 @@
 
 import pytest
 
+from corpus import scenario_from_json
 from goalscope.base.types import InvalidInputError, canonical
 from goalscope.envs.house import HomeRobot
-from goalscope.envs.scenarios import Nearest, Scenario, scenario_from_json, shipped_scenarios
+from goalscope.envs.scenarios import Nearest, Scenario, shipped_scenarios
 from goalscope.language.orders import orders_from_text
 
 CAKE = Scenario("a-1", "grocery", "bake a birthday cake", ("It is my son's birthday.",), ("flour",))

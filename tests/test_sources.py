@@ -11,9 +11,10 @@ import pytest
 
 from fits import GOALS, case, rows_file
 from goalscope.base.types import Goal, InvalidInputError, Turn
-from goalscope.datasets import DATASETS, Case, read_cases, said_key
+from goalscope.datasets import DATASETS
+from goalscope.datasets.case import Case, read_cases, said_key
 from goalscope.datasets.sources import Source, read_source
-from goalscope.fitting.data import parted
+from goalscope.fitting.plan import parted
 from test_datasets import deal, games, packed, refused
 
 

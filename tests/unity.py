@@ -15,7 +15,8 @@ from pathlib import Path
 from typing import Any, BinaryIO
 
 from goalscope.base.types import InvalidInputError
-from goalscope.envs.house import House, load_scene
+from goalscope.envs.house.simulator.scenes import load_scene
+from goalscope.envs.house.simulator.world import House
 
 HEADER = struct.Struct("!BI")
 """Of a field in a pipe: its type, and the length of its body."""

@@ -25,7 +25,7 @@ import numpy as np
 from goalscope.agent.people import FALLBACK, OPENING
 from goalscope.agent.settings import Settings
 from goalscope.base.types import Turn
-from goalscope.datasets import Case, write_cases
+from goalscope.datasets.case import Case, write_cases
 from goalscope.datasets.goal_sets import chance, draw
 from goalscope.envs.house import HomeRobot
 from goalscope.envs.registry import open_environment

@@ -13,10 +13,11 @@ from typing import Any, cast
 
 from goalscope.base.types import InvalidInputError, Turn
 from goalscope.envs.registry import SHOP
-from goalscope.envs.scenarios import Scenario, scenario_from_json
+from goalscope.envs.scenarios import Scenario
 from goalscope.experiment.reading_scores import Line, line_from_json, read_rows
 
 _RECIPES = 2400
+_LISTS = ("said", "needed", "nice", "unwanted")
 
 
 @dataclass(frozen=True, slots=True)
@@ -101,6 +102,31 @@ def _entries(data: object, number: int) -> list[Entry]:
             str(each.get("question") or ""),
         )
     ]
+
+
+def scenario_from_json(data: object) -> Scenario:
+    """The scenario in a row of JSON.
+
+    Raises:
+        InvalidInputError: A key is missing, or its value is of another kind.
+    """
+    if not isinstance(data, dict):
+        raise InvalidInputError("a line must be an object")
+    each = cast("dict[str, Any]", data)
+    for key in ("id", "domain", "aim"):
+        if not isinstance(each.get(key), str) or not each[key].strip():
+            raise InvalidInputError(f"{key!r} must be a text")
+    lists: dict[str, tuple[str, ...]] = {}
+    for key in _LISTS:
+        values = each.get(key, [])
+        if not isinstance(values, list) or not all(
+            isinstance(value, str) and value.strip() for value in cast("list[object]", values)
+        ):
+            raise InvalidInputError(f"{key!r} must be a list of texts")
+        lists[key] = tuple(cast("list[str]", values))
+    return Scenario(
+        each["id"], each["domain"], each["aim"], **lists, room=str(each.get("room", ""))
+    )
 
 
 _ASIDE = re.compile(r"\([^)]*\)|,.*| - .*|\bor\b.*|\bto taste\b.*|[®™*]")

@@ -14,15 +14,7 @@ from dataclasses import dataclass, replace
 from functools import partial
 
 from corpus import Entry, Talk
-from goalscope.agent.writer import (
-    JUDGEMENTS,
-    LIKE,
-    NOTHING,
-    goals_prompt,
-    needs_prompt,
-    needs_written,
-    question_prompt,
-)
+from goalscope.agent.writer import JUDGEMENTS, NOTHING
 from goalscope.base.nouns import singulars
 from goalscope.base.types import Message
 from goalscope.envs.scenarios import Nearest, Scenario
@@ -31,12 +23,15 @@ from goalscope.language.dialogue_state import acting
 from goalscope.language.orders import Order, speaks, words_of
 from goalscope.language.reader import Reader, ReadExample
 from goalscope.models import Generator
+from goalscope.prompts import render
 
 RENAMED = 0.4
 """Share of the things in a message that are replaced."""
 JOINED = 0.1
 """Share of conversations that start with another conversation's first message."""
 
+_LIKE = 4
+"""Number of scenarios in the prompt that asks what an aim calls for."""
 _NEGATIVES = (("near", 5), ("any", 2))
 _POSITIVES = 8
 
@@ -93,9 +88,10 @@ def _talk_lessons(talk: Talk, task: str, draw: random.Random) -> list[Lesson]:
     goals = [*talk.goals]
     if len(goals) > 1 and draw.random() < 0.3:  # another order of the same goals, as may come later
         draw.shuffle(goals)
-    question = question_prompt(task, talk.turns, talk.done, goals)
+    named = render("write_goals", task=task, turns=talk.turns)
+    question = render("write_question", task=task, turns=talk.turns, done=talk.done, goals=goals)
     return [
-        Lesson("goals", goals_prompt(task, talk.turns), "\n".join(talk.goals) or NOTHING),
+        Lesson("goals", named, "\n".join(talk.goals) or NOTHING),
         Lesson("question", question, talk.question or NOTHING),
     ]
 
@@ -121,15 +117,19 @@ def _need_lesson(
 ) -> list[Lesson]:
     said = draw.choice(each.said) if each.said and draw.random() < 0.8 else ""
     aim = each.aim if not said or draw.random() < 0.75 else ""
-    like = nearest(f"{said} {aim}".strip(), LIKE, without=each.id)
+    like = nearest(f"{said} {aim}".strip(), _LIKE, without=each.id)
     if draw.random() < 0.1:
         like = []
-    written = needs_written(each.needed, each.nice)
-    found = [Lesson("needs", needs_prompt(aim, said, like, each.room), written)]
-    for thing, label in _judgements(each, like, things, draw):
-        prompt = needs_prompt(aim, said, like, each.room, thing)
-        found.append(Lesson("judging", prompt, label))
-    return found
+    told = {"aim": aim, "said": said, "like": like, "room": each.room}
+    lists = zip(JUDGEMENTS, (each.needed, each.nice), strict=False)
+    written = "\n".join(f"{head}: {', '.join(some)}" for head, some in lists if some)
+    return [
+        Lesson("needs", render("write_needs", **told, thing=""), written),
+        *(
+            Lesson("judging", render("write_needs", **told, thing=thing), label)
+            for thing, label in _judgements(each, like, things, draw)
+        ),
+    ]
 
 
 def _judgements(

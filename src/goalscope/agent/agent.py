@@ -14,7 +14,7 @@ from goalscope.agent.people import FALLBACK, OPENING, Human, ask, completes, que
 from goalscope.agent.planner import Outcome, Want, replay
 from goalscope.agent.round import Round, retracted
 from goalscope.agent.telling import done_in_words, notes_of
-from goalscope.agent.toolkit import MODULES, Toolkit, toolkit_of
+from goalscope.agent.toolkit import Preset, Toolkit, toolkit_of
 from goalscope.agent.writer import Recalling, Writer
 from goalscope.base.types import (
     UNSPECIFIED,
@@ -48,9 +48,6 @@ from goalscope.models.trace import during, note
 
 Ablation = Literal["good", "no-goals", "no-inference"]
 """The paper's agent and its ablations (Sec. 4.3); see `Agent`."""
-
-Preset = Literal["paper"]
-"""A choice of all that differs from the paper; see `Agent`."""
 
 K = 3
 """Number of goals that an agent acts on (k in Algorithm 1; the paper gives no figure)."""
@@ -126,7 +123,12 @@ class Agent:
             raise InvalidInputError(f"k must be a whole number, 1 or more, not {k!r}")
         if not isinstance(method, str):
             method, likelihood = "good", implied(method)
-        is_paper = self._is_paper = _is_paper(preset)
+        if method not in get_args(Ablation):
+            raise InvalidInputError(
+                f'method must be "good", "no-goals" or "no-inference", not {method!r}'
+            )
+        self.toolkit = toolkit or toolkit_of(model, preset=preset)
+        self._is_paper = preset == "paper"
         self.k = k if method == "good" else 1
         self.reader = reader or reader_of(
             model, env.verbs, task=env.task, examples=examples_of(env.verbs)
@@ -135,9 +137,6 @@ class Agent:
         self._executor = Executor(env, self._pick, unsure)
         self._progress = progress or _silent
         self._understood = understood or _silent
-        self.toolkit = toolkit or toolkit_of(
-            model, MODULES if is_paper else (), guarded=not is_paper
-        )
         proposer = self.toolkit.proposer
         self.goal_manager = GoalManager(
             Recalling(proposer, partial(scenarios_like, env))
@@ -148,31 +147,24 @@ class Agent:
             remover=self.toolkit.remover,
             propose="paper"
             if method == "no-inference"
-            else (propose if propose is not None else "paper" if is_paper else UNEXPLAINED),
+            else (propose if propose is not None else "paper" if self._is_paper else UNEXPLAINED),
             patience=patience,
         )
         self.rounds: list[Round] = []
-        self.tracker = self._tracker(method, likelihood, calibration)
+        self.tracker: Tracker
+        if method == "good":
+            own = PAPER if self._is_paper or isinstance(likelihood, Implied) else DEFAULT
+            likelihood = likelihood or role_play(model, paper=self._is_paper)
+            self.tracker = GoalTracker(
+                task=env.task, likelihood=likelihood, calibration=calibration or own
+            )
+        else:
+            self.tracker = GoalOrder(
+                model, env.task, () if method == "no-goals" else (UNSPECIFIED,)
+            )
         self._prior = self.belief
         self._corrections: list[GoalChange] = []
         self._uncorrected: list[tuple[Belief, list[GoalChange]]] = []
-
-    def _tracker(
-        self, method: Ablation, likelihood: Likelihood | None, calibration: Calibration | None
-    ) -> Tracker:
-        if method not in get_args(Ablation):
-            raise InvalidInputError(
-                f'method must be "good", "no-goals" or "no-inference", not {method!r}'
-            )
-        if method == "good":
-            return GoalTracker(
-                task=self.env.task,
-                likelihood=likelihood or role_play(self.model, paper=self._is_paper),
-                calibration=calibration
-                or (PAPER if self._is_paper or isinstance(likelihood, Implied) else DEFAULT),
-            )
-        goals = () if method == "no-goals" else (UNSPECIFIED,)
-        return GoalOrder(self.model, self.env.task, goals)
 
     @property
     def belief(self) -> Belief:
@@ -191,7 +183,7 @@ class Agent:
         like.
         """
         self._progress("asking")
-        with self.traced(module="query"):
+        with self.placed(module="query"):
             if self._is_paper:
                 asker, status = self.toolkit.asker, self.env.state().text
                 question = question_of(asker.question(self.env.task, self.turns, status, ()))
@@ -201,7 +193,7 @@ class Agent:
             question = self.rounds[-1].question or self._question()
             return "\n".join([*self._answers(), question])
 
-    def traced(self, module: str = "") -> AbstractContextManager[None]:
+    def placed(self, module: str = "") -> AbstractContextManager[None]:
         """Name the episode, the round and perhaps the module in a trace."""
         return during(episode=self.episode, round=len(self.rounds) + 1, module=module)
 
@@ -256,8 +248,11 @@ class Agent:
             InvalidInputError: The utterance is empty, broken, or too long for the model.
         """
         turn = Turn(query, checked_text(utterance, "utterance"))
-        self._check_shown(confirmed)
-        with self._all_or_nothing(), self.traced():
+        if confirmed not in ("", self.env.state().fingerprint):
+            raise ConflictError(
+                "Things are no longer as they were shown, so nothing was done. Look again."
+            )
+        with self._all_or_nothing(), self.placed():
             reading, unread = self._read(turn)
             self._observe(turn, reading)  # Inference Module: Eq. 1 and 2
             changes, unexplained = self._manage(reading)  # Goal Management Module, Sec. 3.2
@@ -341,13 +336,6 @@ class Agent:
             replay(self.env, self._history)
             raise
 
-    def _check_shown(self, fingerprint: str) -> None:
-        """Check that the state in which the person confirmed is still the present one."""
-        if fingerprint not in ("", self.env.state().fingerprint):
-            raise ConflictError(
-                "Things are no longer as they were shown, so nothing was done. Look again."
-            )
-
     @property
     def _history(self) -> list[StepResult]:
         return [result for round in self.rounds for result in round.results]
@@ -386,10 +374,14 @@ class Agent:
         return reading, unread
 
     def _observe(self, turn: Turn, reading: Reading | None) -> None:
-        """Update the belief (Eq. 1)."""
+        """Update the belief (Eq. 1); how much words count as evidence depends on what they do."""
         if self.belief.goals:
             self._progress(f"scoring {pluralize(len(self.belief.goals), 'goal')}")
-        weight = _evidence_weight(reading, self.belief.calibration) if reading else 1.0
+        weight = 1.0
+        if reading and is_aside(reading.orders):
+            weight = self.belief.calibration.aside
+        elif reading and acting(reading.orders) and not any(map(reading.tells, ("ask", *TELLING))):
+            weight = self.belief.calibration.orders
         self.tracker.observe(turn.query, turn.utterance, weight=weight)
 
     def _manage(self, reading: Reading | None) -> tuple[tuple[GoalChange, ...], list[str]]:
@@ -413,8 +405,15 @@ class Agent:
 
     @during(module="plan")
     def _act(self, turn: Turn, reading: Reading | None, done: Execution) -> Outcome:
-        """Act on the top k goals; the planner weighs the rest by the words."""
-        if not (self._may_act(turn, reading, done) if reading else self._knows_goal):
+        """Act on the top k goals; the planner weighs the rest by the words.
+
+        Algorithm 1 does not act while Unspecified leads; without goals it always does.
+        """
+        if reading:
+            acts = self._may_act(turn, reading, done)
+        else:
+            acts = not self.belief.goals or self.belief.top(1)[0][0] != UNSPECIFIED
+        if not acts:
             return Outcome()
         self._progress("planning")
         gone = retracted(self.rounds)
@@ -426,11 +425,6 @@ class Agent:
         except UnreadableAnswerError as error:
             done.notes.append(f"No plan was made. {error}")
             return Outcome()
-
-    @property
-    def _knows_goal(self) -> bool:
-        """Whether Algorithm 1 acts: not while Unspecified leads. Without goals it always does."""
-        return not self.belief.goals or self.belief.top(1)[0][0] != UNSPECIFIED
 
     def _may_act(self, turn: Turn, reading: Reading, done: Execution) -> bool:
         """Whether something may be done unasked.
@@ -508,31 +502,12 @@ def _trace_round(round: Round) -> None:
     )
 
 
-def _is_paper(preset: str | None) -> bool:
-    """Whether the preset is the paper's.
-
-    Raises:
-        InvalidInputError: There is no such preset.
-    """
-    if preset not in (None, "paper"):
-        raise InvalidInputError(f'preset must be "paper" or None, not {preset!r}')
-    return preset == "paper"
-
-
 def role_play(model: Model, layout: Layout | None = None, *, paper: bool = False) -> RolePlay:
     """The role-play likelihood; the paper's has its goal first, and no adapter."""
     if paper:
         scorer = model.scorer if isinstance(model, Roles) else model
         return RolePlay(scorer, layout=layout or "goal-first")
     return RolePlay(model, layout=layout or DEFAULT_LAYOUT)
-
-
-def _evidence_weight(reading: Reading, calibration: Calibration) -> float:
-    """How much words count as evidence, by what they do."""
-    if is_aside(reading.orders):
-        return calibration.aside
-    tells = reading.tells("ask") or any(map(reading.tells, TELLING))
-    return 1.0 if tells or not acting(reading.orders) else calibration.orders
 
 
 def run_episode(
@@ -548,7 +523,7 @@ def run_episode(
     """
     while len(agent.rounds) < max_rounds and not (agent.rounds and agent.rounds[-1].terminated):
         query = agent.ask()
-        with agent.traced(module="human"):
+        with agent.placed(module="human"):
             utterance = human.reply(query, agent.turns, agent.env.state().text)
         yield agent.step(query, utterance, keep=keep)
 

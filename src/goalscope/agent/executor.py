@@ -15,13 +15,12 @@ from goalscope.agent.guards import (
     is_yes,
     reason_to_wait,
     speaks_of_harm,
-    whether,
 )
 from goalscope.agent.round import Round, retracted, state_after
 from goalscope.base.types import StepResult, Turn
 from goalscope.envs import Environment, Pick, Resolution, execute, is_irreversible, resolve
 from goalscope.language.dialogue_state import LIMITS, DialogueState
-from goalscope.language.orders import Order, Reading
+from goalscope.language.orders import Order, Reading, orders_to_text
 
 NOT_HERE = "I cannot undo anything here. Please say what is to change."
 """Note where the environment cannot undo."""
@@ -101,7 +100,13 @@ class Execution:
     @property
     def question(self) -> str:
         """What has to be asked next; "" if nothing has."""
-        return HARM if self.harm else whether(self.pending, self.reasons, self.end)
+        if self.harm:
+            return HARM
+        if not self.pending:
+            return ""
+        understood = "; ".join(orders_to_text(self.pending).replace(" | ", " ").splitlines())
+        why = filter(None, dict.fromkeys(self.reasons))
+        return " ".join([*why, f'I understood "{understood}".', self.end])
 
     @property
     def awaits(self) -> Awaited:
@@ -157,7 +162,12 @@ class Executor:
             reading,
             released=() if harm else self._released(rounds, turn, reading, confirmed),
             harm=harm,
-            wary=is_wary([(turn.utterance, reading), *readings_of(rounds)]),
+            wary=is_wary(
+                [
+                    (turn.utterance, reading),
+                    *((each.turn.utterance, each.reading) for each in rounds[::-1] if each.reading),
+                ]
+            ),
         )
         if rounds and rounds[-1].pending and not done.released:
             done.notes.append(NOT_CONFIRMED)
@@ -232,7 +242,10 @@ class Executor:
             each
             for each in rounds
             if each.number not in gone
-            and (len(each.results) > each.reversals or (each.reading and _binds(each.reading)))
+            and (
+                len(each.results) > each.reversals
+                or (each.reading and any(order.do in LIMITS for order in each.reading.orders))
+            )
         ]
         every = any(order.what == _ALL for order in orders)
         named = any(order.what not in ("", _ALL) for order in orders)
@@ -263,13 +276,3 @@ class Executor:
             done.notes.append(f"Taken back: {quoted}.")
         done.retracts = tuple(each.number for each in back)
         done.reversals = len(done.results)
-
-
-def readings_of(rounds: Sequence[Round]) -> list[tuple[str, Reading]]:
-    """The utterances with their readings, newest first."""
-    return [(each.turn.utterance, each.reading) for each in reversed(rounds) if each.reading]
-
-
-def _binds(reading: Reading) -> bool:
-    """Whether a reading sets a limit, which stands even where nothing was done for it."""
-    return any(order.do in LIMITS for order in reading.orders)

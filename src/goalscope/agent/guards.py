@@ -6,12 +6,12 @@ The only English in them is a short list of stems of words of harm.
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable
 from typing import Literal
 
 from goalscope.base.text import plain
 from goalscope.language.dialogue_state import GRAVE
-from goalscope.language.orders import Order, Reading, orders_to_text
+from goalscope.language.orders import Order, Reading
 
 Awaited = Literal["", "harm", "yes", "word"]
 """What a question waits for: nothing, who may come to harm, a yes, or the word "yes" itself."""
@@ -92,12 +92,3 @@ def reason_to_wait(
     if order.if_:
         return f'You said "if {order.if_}", which I cannot tell.'
     return "" if sure else "I am not sure that I understood you."
-
-
-def whether(orders: Sequence[Order], reasons: Sequence[str], end: str) -> str:
-    """The question that releases orders: why they wait, what was understood, and its end."""
-    if not orders:
-        return ""
-    understood = "; ".join(orders_to_text(orders).replace(" | ", " ").splitlines())
-    why = filter(None, dict.fromkeys(reasons))
-    return " ".join([*why, f'I understood "{understood}".', end])

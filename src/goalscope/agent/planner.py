@@ -9,17 +9,13 @@ from dataclasses import dataclass
 from typing import Protocol
 
 import numpy as np
-import numpy.typing as npt
 
 from goalscope.agent.writer import Writer
+from goalscope.base.arrays import Array, Flags
 from goalscope.base.types import Action, GoalscopeError, StepResult, Turn
 from goalscope.envs import Environment, Proactive, execute, is_irreversible
 from goalscope.envs.scenarios import Scenario
 from goalscope.language.dialogue_state import DialogueState
-from goalscope.prompts import recent
-
-Array = npt.NDArray[np.float64]
-Flags = npt.NDArray[np.bool_]
 
 
 @dataclass(frozen=True, slots=True)
@@ -157,7 +153,9 @@ class NeedPlanner:
         probability = np.array([*goals.values()]) / sum(goals.values())
         served = _Served(env, dialogue)
         leading = int(probability.argmax())
-        sequences, value = self._values(env, [*goals], leading, self.said(turns), served)
+        shown = self.writer.recent([Turn("", turn.utterance) for turn in turns])
+        said = " ".join(turn.utterance for turn in shown)
+        sequences, value = self._values(env, [*goals], leading, said, served)
         if not sequences:
             return Outcome()
         choice = choose(probability, value, self.cost)
@@ -189,11 +187,6 @@ class NeedPlanner:
         return sequences, np.array(
             [[row.get(each, missing) for each in sequences] for row in values]
         )
-
-    def said(self, turns: Sequence[Turn]) -> str:
-        """The person's newest words, as many as fit a prompt."""
-        shown = recent(self.writer.model, [Turn("", turn.utterance) for turn in turns], 6)
-        return " ".join(turn.utterance for turn in shown)
 
     def _judged(
         self, env: Proactive, aims: Sequence[str], leading: int, said: str, served: _Served

@@ -7,9 +7,9 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any, Literal, cast, get_args
 
-from goalscope.agent.agent import Ablation, K, Preset, role_play
+from goalscope.agent.agent import Ablation, K, role_play
 from goalscope.agent.people import Habit
-from goalscope.agent.toolkit import MODULES, Module, Toolkit, toolkit_of
+from goalscope.agent.toolkit import Module, Preset, Toolkit, toolkit_of
 from goalscope.base.types import TRACKING, InvalidInputError
 from goalscope.belief.goal_manager import Trigger
 from goalscope.belief.likelihood import (
@@ -114,8 +114,7 @@ def load_method(name: str) -> str:
 
 def toolkit_for(settings: Settings, model: Model) -> Toolkit:
     """The modules that propose, remove, plan and ask in the domain."""
-    is_paper = settings.preset == "paper"
-    found = toolkit_of(model, MODULES if is_paper else settings.prompted, guarded=not is_paper)
+    found = toolkit_of(model, settings.prompted, preset=settings.preset)
     open_planner = domain_named(settings.domain).open_planner
     return replace(found, planner=open_planner(model, settings.seed)) if open_planner else found
 

@@ -42,8 +42,12 @@ def notes_of(done: Execution, outcome: Outcome, before: Sequence[Turn]) -> Itera
         yield f"Not done: {result.action}. {result.observation}"
     if len(failed) > _FAILURES:
         yield f"And {len(failed) - _FAILURES} more could not be done."
-    said = " ".join(turn.utterance for turn in (*before, done.turn))
-    mentioned = [guess for guess in outcome.guessed if _is_mentioned(guess.target, said)]
+    said = singulars(" ".join(turn.utterance for turn in (*before, done.turn)))
+    mentioned = [  # by the noun that says what a thing is: candles of any kind
+        guess
+        for guess in outcome.guessed
+        if contains(said, [singular(word) for word in head_words(guess.target)[-1:]])
+    ]
     if guessed := [guess for guess in outcome.guessed if guess not in mentioned]:
         yield f"{GUESSED}{_by_goal(guessed)}."
     if mentioned:
@@ -60,8 +64,3 @@ def _by_goal(guessed: Sequence[Guess]) -> str:
     return "; ".join(
         f"{', '.join(named)}{f' (to {goal})' if goal else ''}" for goal, named in targets.items()
     )
-
-
-def _is_mentioned(name: str, said: str) -> bool:
-    """Whether words name the thing, by the noun that says what it is: candles of any kind."""
-    return contains(singulars(said), [singular(word) for word in head_words(name)[-1:]])

@@ -14,6 +14,9 @@ from goalscope.base.types import InvalidInputError
 from goalscope.belief.goal_manager import Proposer
 from goalscope.models import Model, Roles
 
+Preset = Literal["paper"]
+"""A choice of all that differs from the paper; see `Agent`."""
+
 Module = Literal["propose", "remove", "plan", "query"]
 
 MODULES: tuple[Module, ...] = get_args(Module)
@@ -53,20 +56,25 @@ class Toolkit:
     asker: Asker
 
 
-def toolkit_of(model: Model, prompted: Collection[Module] = (), *, guarded: bool = True) -> Toolkit:
+def toolkit_of(
+    model: Model, prompted: Collection[Module] = (), *, preset: Preset | None = None
+) -> Toolkit:
     """The modules of a model: those that it was taught, or else the paper's prompts.
 
     Args:
         model: From `open_model`, or any that writes.
         prompted: Modules that use the paper's prompts in any case.
-        guarded: See `PromptedPlanner`.
+        preset: "paper" to prompt them all, and to plan as in the paper.
 
     Raises:
-        InvalidInputError: The model does not write.
+        InvalidInputError: The model does not write, or there is no such preset.
     """
+    if preset not in (None, "paper"):
+        raise InvalidInputError(f'preset must be "paper" or None, not {preset!r}')
+    prompted = MODULES if preset else prompted
     by_prompt = PromptedWriter(model)
     writer = Writer(model.writer) if isinstance(model, Roles) and model.writer else None
-    planner = PromptedPlanner(by_prompt, guarded=guarded)
+    planner = PromptedPlanner(by_prompt, guarded=not preset)
     return Toolkit(
         proposer=writer if writer and "propose" not in prompted else by_prompt,
         remover=by_prompt if "remove" in prompted else None,

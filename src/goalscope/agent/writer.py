@@ -9,16 +9,13 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 
 import numpy as np
-import numpy.typing as npt
 
-from goalscope.base.types import Message, Turn, canonical
+from goalscope.base.arrays import Array
+from goalscope.base.types import Turn, canonical
 from goalscope.envs.scenarios import Scenario
 from goalscope.models import Model
 from goalscope.models.scoring import logprobs_of
 from goalscope.prompts import recent, render
-
-LIKE = 4
-"""Number of scenarios in the prompt that asks what an aim calls for."""
 
 JUDGEMENTS = ("needed", "nice", "not")
 """Judgements of a thing under an aim: needed, nice to have, or not wanted."""
@@ -35,8 +32,6 @@ _TURNS = 6
 _WRITTEN = 2  # goals of the writer, beside the one of a scenario
 _MOST_TOKENS = {"goals": 96, "question": 32, "needs": 128}
 
-Array = npt.NDArray[np.float64]
-
 
 class Writer:
     """A model that was taught to name goals, needs and questions.
@@ -50,7 +45,7 @@ class Writer:
 
     def goals(self, task: str, turns: Sequence[Turn], held: Sequence[str] = ()) -> list[str]:
         """See `goalscope.belief.goal_manager.Proposer`; goals of the belief may be among them."""
-        written = self._written("goals", goals_prompt(task, recent(self.model, turns, _TURNS)))
+        written = self._written("goals", "write_goals", task=task, turns=self.recent(turns))
         lines = [" ".join(line.split()) for line in written.split("\n")]
         distinct = {canonical(line): line for line in reversed(lines) if 2 < len(line) <= 120}
         return [line for line in reversed(distinct.values()) if canonical(line) != NOTHING]
@@ -63,8 +58,8 @@ class Writer:
         goals: Sequence[str],
     ) -> str:
         """See `goalscope.agent.people.Asker`; "" if the question is too unlikely to be sensible."""
-        shown = recent(self.model, turns, _TURNS)
-        prompt = question_prompt(task, shown, done, goals)
+        told = {"task": task, "turns": self.recent(turns), "done": done, "goals": goals}
+        prompt = render("write_question", **told)
         reply = self.model.generate(prompt, max_tokens=_MOST_TOKENS["question"])
         line = " ".join(reply.text.split("\n")[0].split())
         sure = reply.log_probability is None or reply.log_probability > _SURE
@@ -79,7 +74,9 @@ class Writer:
             like: Similar scenarios.
             room: Description of the place, if it matters.
         """
-        written = self._written("needs", needs_prompt(aim, said, like, room))
+        written = self._written(
+            "needs", "write_needs", aim=aim, said=said, like=like, room=room, thing=""
+        )
         found: dict[str, None] = {}
         for line in written.split("\n"):
             head, _, rest = line.partition(":")
@@ -104,7 +101,10 @@ class Writer:
             like: Similar scenarios.
             room: Description of the place.
         """
-        prompts = [needs_prompt(aim, said, like, room, thing) for aim in aims for thing in things]
+        told = {"said": said, "like": like, "room": room}
+        prompts = [
+            render("write_needs", aim=aim, thing=thing, **told) for aim in aims for thing in things
+        ]
         contexts = [prompt for prompt in prompts for _ in JUDGEMENTS]
         scores = logprobs_of(self.model, contexts, [*JUDGEMENTS] * len(prompts))
         nats = np.array([float(score.sum()) for score in scores])
@@ -112,9 +112,13 @@ class Writer:
         shares = np.exp(nats - nats.max(axis=-1, keepdims=True))
         return shares / shares.sum(axis=-1, keepdims=True)
 
-    def _written(self, kind: str, prompt: Sequence[Message]) -> str:
+    def recent(self, turns: Sequence[Turn]) -> Sequence[Turn]:
+        """The newest turns, as many as a prompt shows."""
+        return recent(self.model, turns, _TURNS)
+
+    def _written(self, kind: str, template: str, **values: object) -> str:
         """The model's text; if it was cut short, without its last line or thing."""
-        reply = self.model.generate(prompt, max_tokens=_MOST_TOKENS[kind])
+        reply = self.model.generate(render(template, **values), max_tokens=_MOST_TOKENS[kind])
         if reply.finish != "length":
             return reply.text
         return reply.text.rpartition("," if kind == "needs" else "\n")[0]
@@ -139,30 +143,5 @@ class Recalling:
         written = self.writer.goals(task, turns, held)
         if not written:
             return []
-        said = " ".join(turn.utterance for turn in recent(self.writer.model, turns, _TURNS))
+        said = " ".join(turn.utterance for turn in self.writer.recent(turns))
         return [*written[:_WRITTEN], *(each.aim for each in self.like(said, 1))]
-
-
-def goals_prompt(task: str, turns: Sequence[Turn]) -> list[Message]:
-    """The chat that is answered with goals."""
-    return render("write_goals", task=task, turns=turns)
-
-
-def question_prompt(
-    task: str, turns: Sequence[Turn], done: str, goals: Sequence[str]
-) -> list[Message]:
-    """The chat that is answered with a question."""
-    return render("write_question", task=task, turns=turns, done=done, goals=goals)
-
-
-def needs_prompt(
-    aim: str, said: str, like: Sequence[Scenario], room: str = "", thing: str = ""
-) -> list[Message]:
-    """The chat that is answered with needs; with a `thing`, by one of `JUDGEMENTS`."""
-    return render("write_needs", aim=aim, said=said, like=like, room=room, thing=thing)
-
-
-def needs_written(needed: Sequence[str], nice: Sequence[str]) -> str:
-    """The answer to `needs_prompt`."""
-    lists = zip(JUDGEMENTS, (needed, nice), strict=False)
-    return "\n".join(f"{head}: {', '.join(each)}" for head, each in lists if each)

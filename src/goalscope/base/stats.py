@@ -11,12 +11,10 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
+from goalscope.base.arrays import Array
 from goalscope.base.optional_packages import package
 from goalscope.base.types import GoalscopeError
-
-Array = npt.NDArray[np.float64]
 
 RESAMPLES = 4_999
 PERMUTATIONS = 9_999

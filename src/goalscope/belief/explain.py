@@ -6,8 +6,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-import numpy.typing as npt
 
+from goalscope.base.arrays import Array
 from goalscope.base.types import (
     UNSPECIFIED,
     Goal,
@@ -26,8 +26,6 @@ _LIKELY = 0.5
 """Probability from which `in_words` says that the person wants a goal."""
 _LONGEST = 80
 """Most characters of a goal or an utterance in `in_words`."""
-
-Array = npt.NDArray[np.float64]
 
 
 @dataclass(frozen=True, slots=True)

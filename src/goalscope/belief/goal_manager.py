@@ -8,6 +8,7 @@ from typing import Any, Literal, Protocol
 
 import numpy as np
 
+from goalscope.base.arrays import Array
 from goalscope.base.types import (
     UNSPECIFIED,
     Goal,
@@ -22,7 +23,7 @@ from goalscope.belief.goal_order import Tracker
 from goalscope.belief.likelihood import Likelihood
 from goalscope.language.dialogue_state import acting
 from goalscope.language.orders import Reading
-from goalscope.models import Array, LikelihoodModel
+from goalscope.models import LikelihoodModel
 from goalscope.models.scoring import logprobs_of
 from goalscope.models.trace import during
 from goalscope.prompts import render

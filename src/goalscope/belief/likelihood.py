@@ -8,8 +8,8 @@ from inspect import signature
 from typing import Any, Literal, Protocol, cast
 
 import numpy as np
-import numpy.typing as npt
 
+from goalscope.base.arrays import Array
 from goalscope.base.text import plain
 from goalscope.base.types import (
     UNSPECIFIED,
@@ -27,7 +27,6 @@ from goalscope.models.scoring import logprobs_of
 from goalscope.models.trace import scoring
 from goalscope.prompts import render, transcript
 
-Array = npt.NDArray[np.float64]
 Layout = Literal["goal-first", "goal-last"]
 """Where the likelihood prompt states the goal; see `RolePlay`."""
 

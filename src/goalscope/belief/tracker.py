@@ -9,9 +9,7 @@ from functools import wraps
 from threading import RLock
 from typing import Any, Literal, TypeVar, cast, get_args
 
-import numpy as np
-import numpy.typing as npt
-
+from goalscope.base.arrays import Array
 from goalscope.base.inputs import nearest, parse_json
 from goalscope.base.types import (
     UNSPECIFIED,
@@ -40,8 +38,6 @@ from goalscope.models.trace import during
 
 Correction = Literal["pin", "veto", "reword"]
 """How a person corrects the goals; see `GoalTracker.correct`."""
-
-Array = npt.NDArray[np.float64]
 
 
 _Method = TypeVar("_Method", bound=Callable[..., Any])

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 import typer
 
-from goalscope.base.text import terminal_safe
+from goalscope.base.text import model_shown, terminal_safe
 from goalscope.base.types import Goal, GoalscopeError, InvalidInputError, checked_text, pluralize
 from goalscope.cli import options
 from goalscope.cli.terminal import console, say, settings_model, spinner
@@ -417,7 +417,6 @@ def _resumable(session: Session) -> Generator[None]:
 
 
 def _outcome_json(info: EpisodeInfo, outcome: Outcome | None) -> dict[str, Any]:
-    from goalscope.base.text import model_shown
 
     return {
         "profile": info.profile,

@@ -11,7 +11,7 @@ import typer
 
 from goalscope.base.text import terminal_safe
 from goalscope.base.types import pluralize
-from goalscope.cli.options import Json
+from goalscope.cli.options import Data, Goals, Json, Limit
 from goalscope.cli.terminal import console, say
 
 data = typer.Typer(
@@ -21,14 +21,8 @@ data = typer.Typer(
 )
 
 
-Folder = Annotated[
-    Path | None,
-    typer.Option("--data", help="Folder of the datasets.  [default: $GOALSCOPE_DATA]"),
-]
-
-
 @data.command(name="list")
-def list_datasets(folder: Folder = None, as_json: Json = False) -> None:
+def list_datasets(folder: Data = None, as_json: Json = False) -> None:
     """List the datasets: contents, sources, and the files found."""
     from rich.table import Table
 
@@ -77,16 +71,17 @@ def export(
     goal_set: Annotated[
         str | None, typer.Option(help="How wrong goals are drawn.  [default: the set's first]")
     ] = None,
-    goals: Annotated[int, typer.Option(min=2, help="Number of goals per dialogue.")] = 20,
-    limit: Annotated[int | None, typer.Option(min=1, help="Use only the first N.")] = None,
+    goals: Goals = 20,
+    limit: Limit = None,
     seed: Annotated[int, typer.Option(help="Seed for drawing wrong goals.")] = 1,
-    folder: Folder = None,
+    folder: Data = None,
 ) -> None:
     """Write a dataset's dialogues and goals as JSON Lines, with the true goal under "true".
 
     `infer`, `bench dialogues --jsonl` and `fit` read such files.
     """
-    from goalscope.datasets import data_folder, load, write_cases
+    from goalscope.datasets import data_folder, load
+    from goalscope.datasets.case import write_cases
 
     set, _, split = name.partition(":")
     found = load(

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+from goalscope.base.text import domain_shown, model_shown
 from goalscope.base.types import InvalidInputError, pluralize
 from goalscope.cli.options import Json, StoreFile
 from goalscope.cli.terminal import console, say
@@ -34,7 +35,6 @@ def episodes(
     as_json: Json = False,
 ) -> None:
     """List the stored episodes, each with what the person said first."""
-    from goalscope.base.text import domain_shown, model_shown
     from goalscope.cli.display import show_episodes
     from goalscope.storage.store import Store
 
@@ -131,7 +131,6 @@ def why(
 
 def _episode_json(info: EpisodeInfo, rounds: Sequence[Round]) -> dict[str, Any]:
     """An episode and its rounds, with the probabilities of each belief."""
-    from goalscope.base.text import model_shown
     from goalscope.storage.store import round_to_json
 
     rows: list[dict[str, Any]] = []

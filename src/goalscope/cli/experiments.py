@@ -13,8 +13,11 @@ import typer
 from goalscope.base.types import GoalscopeError, InvalidInputError, pluralize
 from goalscope.cli.options import (
     Adapter,
+    Data,
+    Goals,
     Json,
     Layout,
+    Limit,
     Model,
     Scorer,
     Seed,
@@ -22,8 +25,7 @@ from goalscope.cli.options import (
     TraceFile,
     Writer,
 )
-from goalscope.cli.tables import show_tables
-from goalscope.cli.terminal import loading, model_names, progress
+from goalscope.cli.terminal import loading, model_names, progress, show_tables
 
 if TYPE_CHECKING:
     from goalscope.experiment.plan import Experiment
@@ -33,15 +35,10 @@ bench = typer.Typer(
 )
 experiment = typer.Typer(no_args_is_help=True, help="Run experiments described by TOML files.")
 
-Data = Annotated[
-    Path | None,
-    typer.Option(help="Folder of the datasets.  [default: $GOALSCOPE_DATA]"),
-]
 Folder = Annotated[
     Path | None,
     typer.Option("--results", metavar="DIR", help="Folder of results.  [default: results]"),
 ]
-Limit = Annotated[int | None, typer.Option(min=1, help="Use only the first N.")]
 Workers = Annotated[
     int, typer.Option(min=1, help="Number of processes, each of which opens the model.")
 ]
@@ -113,7 +110,7 @@ def dialogues(
             "set has]"
         ),
     ] = None,
-    goals: Annotated[int, typer.Option(min=2, help="Number of goals per dialogue.")] = 20,
+    goals: Goals = 20,
     seed: Seed = 1,
     limit: Limit = None,
     turns: Annotated[
@@ -202,12 +199,12 @@ def people(
     Shows the lengths of turns, questions, how much of the goal is recited, and how likely real
     words are by the prompts that play people.
     """
-    from goalscope.datasets import load, named_folder
+    from goalscope.datasets import data_folder, load
     from goalscope.experiment.measure import opened
     from goalscope.experiment.realism import prompt_table, realism_table, simulated_talks
     from goalscope.experiment.results import Results
 
-    cases = load(set, named_folder(data))[:limit]
+    cases = load(set, data_folder(data))[:limit]
     with Results.in_memory(results) as kept:
         talks = simulated_talks(kept)
     if not talks:

@@ -11,8 +11,9 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+from goalscope.base.optional_packages import package
 from goalscope.base.types import InvalidInputError, pluralize
-from goalscope.cli.options import Json, Layout, Seed
+from goalscope.cli.options import Data, Json, Layout, Seed
 from goalscope.cli.terminal import loading, model_names, progress, say
 
 if TYPE_CHECKING:
@@ -51,9 +52,7 @@ def fit(
             "for its own model]",
         ),
     ] = None,
-    data: Annotated[
-        Path | None, typer.Option(help="Folder of the datasets.  [default: $GOALSCOPE_DATA]")
-    ] = None,
+    data: Data = None,
     steps: Annotated[
         int, typer.Option(min=1, help="Maximum number of steps, of 4 dialogues each.")
     ] = 400,
@@ -161,7 +160,6 @@ def base_of(model: str | None) -> str:
 
 def engine_of(model: str | None, device: str | None) -> Transformers:
     """The model, opened for training."""
-    from goalscope.base.optional_packages import package
     from goalscope.models.llama.model import embedded_path
     from goalscope.models.torch.model import Transformers
     from goalscope.models.torch.network import multiplies_bfloat16

@@ -8,6 +8,7 @@ from typing import Annotated
 
 import typer
 
+from goalscope.base.text import model_shown
 from goalscope.base.types import InvalidInputError, pluralize
 from goalscope.cli.options import (
     Adapter,
@@ -48,7 +49,6 @@ def infer(
     from hashlib import sha256
 
     from goalscope.agent.settings import Settings, likelihood_for, load_own
-    from goalscope.base.text import model_shown
     from goalscope.belief.calibration import calibration_named
     from goalscope.belief.likelihood import RolePlay
     from goalscope.datasets.case import read_cases

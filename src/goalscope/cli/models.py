@@ -7,7 +7,10 @@ from typing import Annotated, Any, cast
 
 import typer
 
+from goalscope.base.optional_packages import EXTRAS, remedy
+from goalscope.base.text import model_shown
 from goalscope.base.types import GoalscopeError, InvalidInputError
+from goalscope.base.user_dirs import user_cache
 from goalscope.cli.options import Adapter, Json, Model, Scorer, StoreFile, Tokenizer, Writer
 from goalscope.cli.terminal import model_names, opened_model, say
 
@@ -92,8 +95,6 @@ def doctor(
     import platform
     from importlib.metadata import PackageNotFoundError, version
 
-    from goalscope.base.optional_packages import EXTRAS, remedy
-    from goalscope.base.user_dirs import user_cache
     from goalscope.belief.calibration import known_calibration
     from goalscope.belief.likelihood import DEFAULT_LAYOUT
     from goalscope.models.adapters import lost_adapters
@@ -145,8 +146,6 @@ def doctor(
 
 def _report(report: dict[str, Any], as_json: bool) -> None:
     """Print the findings; exit with code 1 if there are problems."""
-    from goalscope.base.text import model_shown
-
     if as_json:
         print(model_shown(json.dumps(report)))
     else:

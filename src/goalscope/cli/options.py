@@ -141,6 +141,12 @@ TraceFile = Annotated[
         help="Add each model call to this file; see `goalscope trace`.",
     ),
 ]
+Data = Annotated[
+    Path | None,
+    typer.Option("--data", help="Folder of the datasets.  [default: $GOALSCOPE_DATA]"),
+]
+Goals = Annotated[int, typer.Option(min=2, help="Number of goals per dialogue.")]
+Limit = Annotated[int | None, typer.Option(min=1, help="Use only the first N.")]
 Json = Annotated[bool, typer.Option("--json", help="Print only JSON to standard output.")]
 ReadingAdapter = Annotated[
     str | None,

@@ -13,8 +13,7 @@ import typer
 
 from goalscope.base.types import InvalidInputError
 from goalscope.cli.options import Json, Model, ReadingAdapter, ReadingForm
-from goalscope.cli.tables import show_tables
-from goalscope.cli.terminal import loading, model_names, progress, say
+from goalscope.cli.terminal import loading, model_names, progress, say, show_tables
 
 if TYPE_CHECKING:
     from goalscope.experiment.reading_scores import Language, Line

@@ -31,7 +31,10 @@ def report(
     """
     from goalscope.report import read_report, write_report
 
-    file = out or (None if as_json else _beside(source))
+    file = out
+    if not (out or as_json):
+        name = f"{source.stem}-report.md"
+        file = source / "report.md" if source.is_dir() else source.with_name(name)
     found = read_report(source, draw=file is not None)
     said = [f"Left out: {' '.join(why.split())}" for why in found.skipped]
     said += [
@@ -55,7 +58,3 @@ def report(
     tables = sum(len(section.tables) for section in found.sections)
     figures = sum(len(section.figures) for section in found.sections)
     say(f"{file}: {pluralize(tables, 'table')}, {pluralize(figures, 'figure')}.")
-
-
-def _beside(source: Path) -> Path:
-    return source / "report.md" if source.is_dir() else source.with_name(f"{source.stem}-report.md")

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from goalscope.base.optional_packages import package
 from goalscope.base.types import GoalscopeError, InvalidInputError
 from goalscope.base.user_dirs import NOWHERE, user_data
 from goalscope.cli.options import (
@@ -25,7 +26,7 @@ from goalscope.cli.options import (
 from goalscope.cli.terminal import console, model_names, say, settings_model
 
 if TYPE_CHECKING:
-    from goalscope.models import OpenModel
+    from goalscope.models.opening import ModelSet
 
 SHORTEST = 16
 """Minimum length of the key."""
@@ -102,7 +103,6 @@ def serve(
     import socket
 
     from goalscope.agent.settings import Settings
-    from goalscope.base.optional_packages import package
     from goalscope.envs.registry import BUILT_IN, load_domain
     from goalscope.models.trace import tracing
     from goalscope.storage.store import Store
@@ -182,7 +182,6 @@ def mcp(
     from functools import cache
 
     from goalscope.agent.settings import Settings
-    from goalscope.base.optional_packages import package
     from goalscope.envs.registry import load_domain, task_of
     from goalscope.storage.store import Store
     from goalscope.storage.tracking import Trackers
@@ -196,7 +195,7 @@ def mcp(
     with Store.open(store) as episodes, ExitStack() as later:
 
         @cache
-        def engine() -> OpenModel:
+        def engine() -> ModelSet:
             return later.enter_context(settings_model(settings))
 
         if any(names.values()):

@@ -11,7 +11,7 @@ import typer
 
 from goalscope.base.types import InvalidInputError, pluralize
 from goalscope.cli.options import Json, StoreFile
-from goalscope.cli.terminal import say
+from goalscope.cli.terminal import say, show_tables
 
 if TYPE_CHECKING:
     from goalscope.storage.store import Store
@@ -70,7 +70,6 @@ def new(
 @study.command(name="list")
 def list_studies(store: StoreFile = None, as_json: Json = False) -> None:
     """List the studies and how many people have finished."""
-    from goalscope.cli.tables import show_tables
     from goalscope.experiment.summary import Row, Table
 
     rows: list[Row] = []
@@ -94,7 +93,6 @@ def show(name: Name, store: StoreFile = None, as_json: Json = False) -> None:
 
     Human scores are shown next to those of the evaluator and of the final state.
     """
-    from goalscope.cli.tables import show_tables
     from goalscope.study.summary import study_tables
 
     with _opened(store) as (opened, studies):

@@ -48,12 +48,12 @@ def trace(
     Two traces are compared call by call. With --swap the people say what they said before; a call
     whose prompt has changed gets the answer that the trace has in its place.
     """
-    from goalscope.models.trace import MODULES, read_trace
+    from goalscope.models.trace import TRACED_MODULES, read_trace
 
     for name in (*(module or ()), *(swap or ())):
-        if name not in MODULES:
+        if name not in TRACED_MODULES:
             raise InvalidInputError(
-                f"There is no module {name!r}. Choose one of {', '.join(MODULES)}."
+                f"There is no module {name!r}. Choose one of {', '.join(TRACED_MODULES)}."
             )
     if len(files) > 2:
         raise InvalidInputError("Name one trace, or two to tell apart.")
@@ -95,7 +95,10 @@ def _show(lines: Sequence[Line], *, full: bool) -> None:
             where = here
             say(f"{line['episode']} round {line['round']}".strip(), "bold")
         if line["event"] == "round":
-            _show_round(line)
+            for goal, probability in line["belief"].items():
+                say(f"    {probability:6.1%}  {goal}", "dim")
+            for each in (*line["changes"], *line["actions"]):
+                say(f"    {each}", "dim")
         elif full:
             of = f" | turn {line['turn']} under {line['goal']}" if "goal" in line else ""
             say(f"{line['module']} | {line['model']}{of}", "cyan")
@@ -104,13 +107,6 @@ def _show(lines: Sequence[Line], *, full: bool) -> None:
         else:
             answer = " ".join(_answer(line).split())
             say(f"  {line['module']:9} {line['time']:6.1f} s  {answer:.100}")
-
-
-def _show_round(line: Line) -> None:
-    for goal, probability in line["belief"].items():
-        say(f"    {probability:6.1%}  {goal}", "dim")
-    for each in (*line["changes"], *line["actions"]):
-        say(f"    {each}", "dim")
 
 
 def _compare(one: Sequence[Line], other: Sequence[Line], *, as_json: bool) -> None:

@@ -5,27 +5,13 @@ from __future__ import annotations
 import os
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
+from importlib import resources
 from pathlib import Path
 
-from goalscope.base.inputs import nearest, shown
+from goalscope.base.inputs import nearest, read_table, shown
 from goalscope.base.types import InvalidInputError
-from goalscope.datasets.case import OPENING, Case, read_cases, said_key, turns_of, write_cases
+from goalscope.datasets.case import Case
 from goalscope.datasets.loaders import alfred, casino, multiwoz, taskmaster, teach
-
-__all__ = [
-    "DATASETS",
-    "OPENING",
-    "READERS",
-    "Case",
-    "Dataset",
-    "data_folder",
-    "load",
-    "named_folder",
-    "read_cases",
-    "said_key",
-    "turns_of",
-    "write_cases",
-]
 
 _Reader = Callable[[Path, str, int, int], Iterator[Case | str]]
 
@@ -52,7 +38,7 @@ class Dataset:
     source: str
     files: Mapping[str, str]
     split: str
-    goal_sets: tuple[str, ...] = ("random", "hard")
+    goal_sets: tuple[str, ...]
 
     def file(self, folder: Path, split: str | None = None) -> Path:
         """The file of a split.
@@ -76,84 +62,8 @@ class Dataset:
 
 
 DATASETS: Mapping[str, Dataset] = {
-    each.name: each
-    for each in (
-        Dataset(
-            "teach",
-            "TEACh",
-            "people telling a robot in AI2-THOR what to do in a home",
-            "CDLA-Sharing-1.0",
-            "TEACh by Amazon, https://github.com/alexa/teach",
-            {
-                "train": "dialogue/teach/teach_train.jsonl.gz",
-                "valid_seen": "dialogue/teach/teach_valid_seen.jsonl.gz",
-                "valid_unseen": "dialogue/teach/teach_valid_unseen.jsonl.gz",
-            },
-            "valid_seen",
-        ),
-        Dataset(
-            "multiwoz",
-            "MultiWOZ 2.1",
-            "people looking for trains, hotels and so on in Cambridge",
-            "MIT",
-            "MultiWOZ, https://github.com/budzianowski/multiwoz",
-            {
-                "val": "dialogue/multiwoz/val.json.zip",
-                "test": "dialogue/multiwoz/test.json.zip",
-            },
-            "val",
-        ),
-        Dataset(
-            "casino",
-            "CaSiNo",
-            "pairs of campers negotiating over food, water and firewood",
-            "CC-BY 4.0",
-            "CaSiNo, https://github.com/kushalchawla/CaSiNo",
-            {
-                "train": "dialogue/casino/casino_train.json",
-                "valid": "dialogue/casino/casino_valid.json",
-                "test": "dialogue/casino/casino_test.json",
-            },
-            "valid",
-            ("complete",),
-        ),
-        Dataset(
-            "alfred",
-            "ALFRED",
-            "three or more people's sentences for each household goal",
-            "MIT",
-            "ALFRED, https://github.com/askforalfred/alfred",
-            {
-                "train": "dialogue/alfred/alfred_goals_train.jsonl.gz",
-                "valid_seen": "dialogue/alfred/alfred_goals_valid_seen.jsonl.gz",
-                "valid_unseen": "dialogue/alfred/alfred_goals_valid_unseen.jsonl.gz",
-            },
-            "train",
-        ),
-        Dataset(
-            "taskmaster4",
-            "Taskmaster-4",
-            "coffee orders, with what was ordered in the end",
-            "CC-BY 4.0",
-            "Taskmaster by Google, https://github.com/google-research-datasets/Taskmaster",
-            {
-                "dev": "dialogue/taskmaster4/orders_dev.jsonl.gz",
-                "test": "dialogue/taskmaster4/orders_test.jsonl.gz",
-            },
-            "dev",
-        ),
-        Dataset(
-            "mcq",
-            "Multiple-choice questions",
-            "the paper's questions with five choices, some of them rephrased",
-            "not stated",
-            "R. Osmulski's additional training data (2023) for Kaggle's LLM Science Exam, "
-            "https://www.kaggle.com/competitions/kaggle-llm-science-exam",
-            {"train": "mcq/6000_train_examples.csv", "dev": "mcq/rephrased_dev.jsonl"},
-            "dev",
-            (),
-        ),
-    )
+    name: Dataset(name, **row | {"goal_sets": tuple(row.get("goal_sets", ("random", "hard")))})
+    for name, row in read_table(resources.files("goalscope.datasets") / "datasets.toml").items()
 }
 """All datasets by their names."""
 

@@ -94,7 +94,9 @@ def alfred(file: Path, goal_set: str, goals: int, seed: int) -> Iterator[Case | 
             own[key] = min(text, own.get(key, text))
     said = {plan: dict(sorted(gathered[plan].items())) for plan in sorted(gathered)}
     tiers = {plan: _tiers(plan, said, goal_set) for plan in said}
-    for id, plan, sentences in sorted(trajectories, key=lambda each: _place(seed, each[0])):
+    # Where a trajectory stands does not depend on the others.
+    places = {id: (chance(seed, f"place of {id}").random(), id) for id, _, _ in trajectories}
+    for id, plan, sentences in sorted(trajectories, key=lambda each: places[each[0]]):
         if len(sentences) < 2:
             yield "fewer than two different sentences"
             continue
@@ -103,11 +105,6 @@ def alfred(file: Path, goal_set: str, goals: int, seed: int) -> Iterator[Case | 
         wrong = (_one_each(rng, tier, said, said[plan], 2 * goals) for tier in tiers[plan])
         turns, group = (Turn(OPENING, words),), "|".join(plan)
         yield _case(id, HOUSEHOLD, turns, rng, goal, wrong, goals, group=group)
-
-
-def _place(seed: int, id: str) -> tuple[float, str]:
-    """Where a trajectory stands, whatever others there are."""
-    return chance(seed, f"place of {id}").random(), id
 
 
 def _plan(row: Row) -> _Plan:
@@ -164,7 +161,13 @@ def casino(file: Path, goal_set: str, goals: int, seed: int) -> Iterator[Case | 
     The goals are all six rankings, whatever `goals` asks for; dialogues gave people each ranking
     with the same chance.
     """
-    rankings = {order: Goal(_ranking(*order)) for order in permutations(_ISSUES)}
+    rankings: dict[tuple[str, ...], Goal] = {
+        (high, medium, low): Goal(
+            f"Get packages of {high.lower()} above all, then {medium.lower()}; "
+            f"{low.lower()} matters least."
+        )
+        for high, medium, low in permutations(_ISSUES)
+    }
     for row in json_rows(file):
         number = row.values.get("dialogue_id")
         group = str(number if isinstance(number, int | str) else row.text("dialogue_id"))
@@ -189,13 +192,6 @@ def casino(file: Path, goal_set: str, goals: int, seed: int) -> Iterator[Case | 
             support = list(rankings.values())
             chance(seed, id).shuffle(support)
             yield Case(id, group, CAMPING, turns, tuple(support), support.index(rankings[order]))
-
-
-def _ranking(high: str, medium: str, low: str) -> str:
-    return (
-        f"Get packages of {high.lower()} above all, then {medium.lower()}; "
-        f"{low.lower()} matters least."
-    )
 
 
 CAMBRIDGE = "Help the human to find and book places and transport in and around Cambridge."

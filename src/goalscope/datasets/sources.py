@@ -11,7 +11,8 @@ from pathlib import Path
 
 from goalscope.base.inputs import nearest, shown
 from goalscope.base.types import InvalidInputError
-from goalscope.datasets import DATASETS, Case, data_folder, load, read_cases
+from goalscope.datasets import DATASETS, data_folder, load
+from goalscope.datasets.case import Case, read_cases
 from goalscope.datasets.goal_sets import goal_key
 
 _NAME = re.compile(r"(?P<name>[^\[]+)(\[(?P<places>[^\]]*)\])?")

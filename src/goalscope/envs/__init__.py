@@ -5,24 +5,12 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Sequence
 from contextlib import AbstractContextManager
 from dataclasses import dataclass
-from types import TracebackType
 from typing import cast
 
 from goalscope.base.types import Action, GoalscopeError, Profile, StepResult
 from goalscope.envs.scenarios import Scenario
 from goalscope.language.dialogue_state import DialogueState
 from goalscope.language.orders import Order, Verb
-
-__all__ = ["GUESSED", "MENTIONED", "REQUIRED", "SEARCH"]
-__all__ += ["Checks", "Environment", "Outcome", "Pick", "Proactive", "Resolution", "State"]
-__all__ += [
-    "completion_phrase",
-    "execute",
-    "is_irreversible",
-    "missing",
-    "resolve",
-    "scenarios_like",
-]
 
 GUESSED = "Guessed, not asked for: "
 """Prefix of notes about guessed actions."""
@@ -196,12 +184,7 @@ class Environment(AbstractContextManager["Environment"]):
         """How the current state stands to a profile; `Outcome` makes it a score."""
         return Checks()
 
-    def __exit__(
-        self,
-        kind: type[BaseException] | None,
-        error: BaseException | None,
-        trace: TracebackType | None,
-    ) -> None:
+    def __exit__(self, *error: object) -> None:
         """Stop background processes."""
 
 

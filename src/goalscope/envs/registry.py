@@ -49,14 +49,6 @@ class DomainSettings:
     unity: str | None = None
 
 
-def _nothing(*_: object) -> tuple[str, ...]:
-    return ()
-
-
-def _no_picture(*_: object) -> str:
-    return ""
-
-
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Domain:
     """What the rest of goalscope knows of a domain.
@@ -92,8 +84,8 @@ class Domain:
     view: View = "text"
     settings: frozenset[str] = frozenset()
     alias: str = ""
-    scenes: Callable[[], Sequence[str]] = _nothing
-    notes: Callable[[Environment], Sequence[str]] = _nothing
+    scenes: Callable[[], Sequence[str]] = lambda: ()
+    notes: Callable[[Environment], Sequence[str]] = lambda _: ()
     replays: Callable[[DomainSettings], bool] = lambda _: False
     judged: tuple[Literal["outcome", "actions", "possible"], ...] = (
         "outcome",
@@ -101,7 +93,7 @@ class Domain:
         "possible",
     )
     snapshot: Callable[[Environment], Any] | None = None
-    draw: Callable[[Environment, Any, int | None], str] = _no_picture
+    draw: Callable[[Environment, Any, int | None], str] = lambda _, before, width: ""
     open_planner: Callable[[Any, int], Any] | None = None
     trivial: Callable[[Environment], Mapping[str, Sequence[Sequence[Action]]]] = lambda _: {}
 

@@ -10,16 +10,14 @@ from string import ascii_uppercase
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
+from goalscope.base.arrays import Array
 from goalscope.base.optional_packages import package
 from goalscope.base.stats import log_softmax
 from goalscope.base.types import Goal, GoalscopeError, Message, Turn
 from goalscope.models import Generator, LanguageModel, LikelihoodModel
 from goalscope.models.embedding import embedded
 from goalscope.prompts import render
-
-Array = npt.NDArray[np.float64]
 
 TEMPERATURES = np.geomspace(1e-3, 1e2, 51)
 

@@ -9,16 +9,14 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
+from goalscope.base.arrays import Array
 from goalscope.base.optional_packages import package
 from goalscope.base.stats import auroc
 from goalscope.base.types import GoalscopeError, InvalidInputError
 from goalscope.belief.belief import log_posteriors
 from goalscope.belief.calibration import DEFAULT, EPSILONS, Calibration
 from goalscope.datasets.goal_sets import chance
-
-Array = npt.NDArray[np.float64]
 
 FOLDS = 5
 """Parts of the groups of dialogues, each judged by a calibration fitted on the others."""

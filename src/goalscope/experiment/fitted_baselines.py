@@ -15,19 +15,17 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
+from goalscope.base.arrays import Array
 from goalscope.base.inputs import shown
 from goalscope.base.stats import log_softmax
 from goalscope.base.types import Goal, InvalidInputError, Turn, pluralize
-from goalscope.datasets import Case, said_key
-from goalscope.datasets.case import case_to_json
+from goalscope.datasets.case import Case, case_to_json, said_key
 from goalscope.datasets.goal_sets import chance
 from goalscope.datasets.sources import read_source
 from goalscope.experiment.baselines import TEMPERATURES, needed, so_far, temperature_losses
 from goalscope.models.embedding import embedded
 
-Array = npt.NDArray[np.float64]
 Features = Callable[[Sequence[str]], Any]
 """[N, F] features of texts, dense or sparse."""
 
@@ -62,7 +60,7 @@ def training_cases(sources: tuple[str, ...], folder: str | None) -> tuple[Case, 
     return tuple(case for name in sources for case in read_source(name, where).cases)
 
 
-def digest_of(cases: Sequence[Case]) -> str:
+def cases_digest(cases: Sequence[Case]) -> str:
     """A short hash of cases."""
     text = json.dumps([case_to_json(case) for case in cases])
     return hashlib.sha256(text.encode()).hexdigest()[:12]
@@ -101,7 +99,7 @@ def fitted_on(sources: Sequence[str], folder: str | None, sha256: str) -> Mappin
 @cache
 def _fitted_on(sources: tuple[str, ...], folder: str | None) -> tuple[str, dict[str, Fitted]]:
     cases = training_cases(sources, folder)
-    return digest_of(cases), fit_baselines(cases)
+    return cases_digest(cases), fit_baselines(cases)
 
 
 def fit_baselines(cases: Sequence[Case]) -> dict[str, Fitted]:

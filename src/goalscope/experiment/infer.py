@@ -98,7 +98,9 @@ def infer(
                 "probability": belief.probability.tolist(),
                 "unspecified_log_likelihood": float(row[-1]),
                 "unspecified_probability": float(wider.probability[-1]),
-                **_set(wider),
+                "set_90": [goal.text for goal in wider.conformal_set(0.1)]
+                if 0.1 in dict(way.thresholds)
+                else None,
                 "settings": dict(settings),
             }
             lines.append(json.dumps(line, allow_nan=False) + "\n")
@@ -115,12 +117,6 @@ def _of(dialogue: Case, turn: int) -> dict[str, Any]:
         "words": sha256(read.encode()).hexdigest()[:12],
         "goals": [goal.text for goal in dialogue.goals],
     }
-
-
-def _set(belief: Belief) -> dict[str, Any]:
-    if 0.1 not in dict(belief.calibration.thresholds):
-        return {"set_90": None}
-    return {"set_90": [goal.text for goal in belief.conformal_set(0.1)]}
 
 
 def _check_line(

@@ -26,8 +26,8 @@ from goalscope.base.types import (
     Profile,
     Turn,
 )
-from goalscope.belief.likelihood import Layout, Likelihood, RolePlay, evidence_of
-from goalscope.datasets import Case, said_key
+from goalscope.belief.likelihood import RolePlay, evidence_of
+from goalscope.datasets.case import Case, said_key
 from goalscope.datasets.goal_sets import goal_key
 from goalscope.envs import Environment, Outcome, execute
 from goalscope.envs.registry import (
@@ -149,71 +149,13 @@ def _short(content: str | bytes) -> str:
     return hashlib.sha256(data).hexdigest()[:12]
 
 
-def measure_evidence(
-    model: ModelSet,
-    case: Case,
-    *,
-    layout: Layout,
-    likelihood: Likelihood | None = None,
-) -> dict[str, Any]:
-    """Evidence for each goal from each turn, by the role-play likelihood or another one.
-
-    Returns:
-        `role-play` [T, G] log-likelihoods in nats, turn by turn; `unspecified` [T], the same
-        without a goal; `calibration`, how they become probabilities; `window`, the first turn that
-        the model could still read at the end.
-    """
-    scorer = likelihood or RolePlay(model, layout=layout)
-    table = evidence_of(scorer, case.task, [*case.goals, UNSPECIFIED], case.turns)
-    return {
-        "role-play": table[:, :-1].tolist(),
-        "unspecified": table[:, -1].tolist(),
-        "calibration": asdict(scorer.calibration),
-        "window": scorer.window(case.task, case.turns) if isinstance(scorer, RolePlay) else 0,
-    }
-
-
-def measure_dialogue(
-    model: ModelSet,
-    case: Case,
-    *,
-    layout: Layout,
-    likelihood: Likelihood | None = None,
-    fitted: Mapping[str, Fitted] | None = None,
-    ask_outright: bool = True,
-) -> dict[str, Any]:
-    """Evidence for each goal after each turn, by every way.
-
-    Returns:
-        What `measure_evidence` does; `tfidf`, `bm25`, `embedding` [T, G], how like each goal is to
-        all words so far; `fitted`, [T, G] log-probabilities by each fitted baseline; `outright` [T]
-        and `letters` [T, G], what the model answers if asked; `seen`, whether its adapter was
-        fitted on the text of the true goal, and `learned`, whether on these very words; None where
-        no adapter tells.
-    """
-    result: dict[str, Any] = {
-        **measure_evidence(model, case, layout=layout, likelihood=likelihood),
-        "tfidf": tfidf(case.goals, case.turns).tolist(),
-        "bm25": bm25(case.goals, case.turns).tolist(),
-        "embedding": embedding(case.goals, case.turns).tolist(),
-        "fitted": {
-            name: baseline(case.goals, case.turns).tolist()
-            for name, baseline in (fitted or {}).items()
-        },
-    }
-    told = adapter_metadata(model)
-    for name, key, own in (
-        ("seen", FITTED_GOALS, goal_key(case.true_goal.text)),
-        ("learned", FITTED_DIALOGUES, said_key(case.turns)),
-    ):
-        result[name] = own in told[key].split() if key in told else None
-    if ask_outright:
-        result["outright"] = outright(model, case.goals, case.turns)
-        result["letters"] = outright_letters(model, case.goals, case.turns)
-    return result
-
-
-_AGAIN = "Run it again to plan with what it is now."
+def _check_files(what: str, found: Mapping[str, Any], planned: Mapping[str, Any]) -> None:
+    """Refuse files that are not as they were when the experiment was planned."""
+    if found != planned:
+        raise InvalidInputError(
+            f"{what} changed since the experiment was planned. Run it again to plan with what it "
+            "is now."
+        )
 
 
 def perform(task: Mapping[str, Any]) -> dict[str, Any]:
@@ -258,29 +200,57 @@ def _question(model: ModelSet, spec: Mapping[str, Any]) -> dict[str, Any]:
 
 
 def _dialogue(model: ModelSet, spec: Mapping[str, Any]) -> dict[str, Any]:
+    """Evidence for each goal after each turn, by every way; of a change of mind, by one.
+
+    Returns:
+        `role-play` [T, G] log-likelihoods in nats, turn by turn, by the role-play likelihood or
+        another one; `unspecified` [T], the same without a goal; `calibration`, how they become
+        probabilities; `window`, the first turn that the model could still read at the end;
+        `tfidf`, `bm25`, `embedding` [T, G], how like each goal is to all words so far; `fitted` and
+        `methods`, [T, G] log-probabilities by each fitted baseline and each method of one's own;
+        `outright` [T] and `letters` [T, G], what the model answers if asked; `seen`, whether its
+        adapter was fitted on the text of the true goal, and `learned`, whether on these very words;
+        None where no adapter tells.
+    """
     data = spec["case"]  # of `case_to_json`
     turns = tuple(Turn(**turn) for turn in data["turns"])
     goals = tuple(map(Goal, data["goals"]))
     case = Case(data["id"], data["group"], data["task"], turns, goals, data["truth"])
-    way: dict[str, Any] = {"layout": spec["layout"]}
     if name := spec.get("likelihood"):
-        if hashes_of(Settings(likelihood=name)) != spec["files"]:
-            raise InvalidInputError(
-                f"{name} has changed since the experiment was planned. {_AGAIN}"
-            )
-        way["likelihood"] = own_likelihood(name, model)
+        _check_files(f"{name} has", hashes_of(Settings(likelihood=name)), spec["files"])
+        likelihood = own_likelihood(name, model)
+    else:
+        likelihood = RolePlay(model, layout=spec["layout"])
+    read = isinstance(likelihood, RolePlay)
+    table = evidence_of(likelihood, case.task, [*goals, UNSPECIFIED], turns)
+    result: dict[str, Any] = {
+        "role-play": table[:, :-1].tolist(),
+        "unspecified": table[:, -1].tolist(),
+        "calibration": asdict(likelihood.calibration),
+        "window": likelihood.window(case.task, turns) if read else 0,
+    }
     if spec["kind"] == "change":
-        return measure_evidence(model, case, **way)
-    if fit := spec.get("fit"):
-        way["fitted"] = fitted_on(**fit)
-    result = measure_dialogue(model, case, **way, ask_outright=spec["outright"])
+        return result
+    fitted: Mapping[str, Fitted] = fitted_on(**spec["fit"]) if spec.get("fit") else {}
+    result |= {
+        "tfidf": tfidf(goals, turns).tolist(),
+        "bm25": bm25(goals, turns).tolist(),
+        "embedding": embedding(goals, turns).tolist(),
+        "fitted": {name: each(goals, turns).tolist() for name, each in fitted.items()},
+    }
+    told = adapter_metadata(model)
+    for name, key, own in (
+        ("seen", FITTED_GOALS, goal_key(case.true_goal.text)),
+        ("learned", FITTED_DIALOGUES, said_key(turns)),
+    ):
+        result[name] = own in told[key].split() if key in told else None
+    if spec["outright"]:
+        result["outright"] = outright(model, goals, turns)
+        result["letters"] = outright_letters(model, goals, turns)
     result["methods"] = {}
-    for name, expected in spec.get("methods", {}).items():
-        if hashes_of(Settings(method=name))["method"] != expected:
-            raise InvalidInputError(
-                f"{name} has changed since the experiment was planned. {_AGAIN}"
-            )
-        evidence = evidence_of(own_likelihood(name, model), case.task, case.goals, case.turns)
+    for name, planned in spec.get("methods", {}).items():
+        _check_files(f"{name} has", hashes_of(Settings(method=name)), {"method": planned})
+        evidence = evidence_of(own_likelihood(name, model), case.task, goals, turns)
         result["methods"][Path(name).name] = log_softmax(evidence.cumsum(axis=0)).tolist()
     return result
 
@@ -289,11 +259,11 @@ def _episode(model: ModelSet, spec: Mapping[str, Any]) -> dict[str, Any]:
     model_names = {key: spec["model"].get(key) for key in MODEL_KEYS}
     settings = settings_of({**spec["settings"], **model_names})
     profile = profile_named(settings, spec["profile"])
-    if person_of(profile) != spec["person"] or hashes_of(settings) != spec["files"]:
-        raise InvalidInputError(
-            f"The files of {profile.name} (people, catalogue, scene and so on) have changed since "
-            f"the experiment was planned. {_AGAIN}"
-        )
+    _check_files(
+        f"The files of {profile.name} (people, catalogue, scene and so on) have",
+        {**hashes_of(settings), "person": person_of(profile)},
+        {**spec["files"], "person": spec["person"]},
+    )
     start = time.monotonic()
     with open_environment(settings, profile) as env, Store.in_memory() as store:
         at_start = env.state().fingerprint

@@ -13,19 +13,19 @@ from typing import Annotated, Any, Literal, TypeVar, cast
 from annotated_types import Ge, Le, Lt, MinLen
 from pydantic import BeforeValidator
 
-from goalscope.agent.agent import K, Preset
+from goalscope.agent.agent import K
 from goalscope.agent.people import Habit
 from goalscope.agent.settings import Settings, load_method, load_own
-from goalscope.agent.toolkit import modules_named
+from goalscope.agent.toolkit import Preset, modules_named
 from goalscope.base.inputs import nearest, read_table, shown, validated
 from goalscope.base.types import InvalidInputError
 from goalscope.belief.calibration import NAMED, calibration_named
 from goalscope.belief.likelihood import DEFAULT_LAYOUT, Layout
-from goalscope.datasets import DATASETS, data_folder, load, read_cases
-from goalscope.datasets.case import case_to_json
+from goalscope.datasets import DATASETS, data_folder, load
+from goalscope.datasets.case import case_to_json, read_cases
 from goalscope.datasets.goal_sets import changes_of
 from goalscope.envs.registry import BUILT_IN, domain_named, load_domain, profiles_of
-from goalscope.experiment.fitted_baselines import check_unseen, digest_of, training_cases
+from goalscope.experiment.fitted_baselines import cases_digest, check_unseen, training_cases
 from goalscope.experiment.judge import JUDGE_TEMPERATURE
 from goalscope.experiment.measure import hashes_of, person_of
 from goalscope.experiment.multiple_choice import read_questions
@@ -294,23 +294,31 @@ def specs_of(experiment: Experiment, folder: Path | None) -> list[dict[str, Any]
 
 
 def judging(experiment: Experiment, cells: Sequence[Cell]) -> list[dict[str, Any]]:
-    """The specs of the evaluator's cells, one per finished episode."""
+    """The specs of the evaluator's cells, one per finished episode.
+
+    It sees (Sec. 5.1) the basket, or the record of the robot's actions; in a domain of one's own,
+    both the final state and the record.
+    """
     judge = experiment.judge
     if judge is None:
         return []
     done = [cell for cell in cells if cell.spec["kind"] == "episode" and cell.result]
     specs: list[dict[str, Any]] = []
     for cell in done:
-        result = cell.result or {}
+        spec, result = cell.spec, cell.result or {}
+        judged = domain_named(spec["settings"]["domain"]).judged
+        run = {key: spec[key] for key in ("model", "profile", "settings")}
         specs.append({
             "kind": "judge",
-            "of": _run_of(cell),
-            "model": judge.model if judge.model is not None else cell.spec["model"],
+            "of": {"key": cell.key, "kind": "episode", **run},
+            "model": judge.model if judge.model is not None else spec["model"],
             "trials": judge.trials,
             "seed": judge.seed,
             **({"temperature": heat} if (heat := judge.temperature) != JUDGE_TEMPERATURE else {}),
             **{key: result[key] for key in ("task", "description", "empty")},
-            **_achieved(cell),
+            "outcome": "",
+            "actions": [],
+            **{key: result[key] for key in judged},
         })  # fmt: skip
     return specs
 
@@ -347,7 +355,7 @@ def _dialogue_specs(
     data = str(folder.absolute()) if folder else None
     training = training_cases(sources, data)
     if sources:
-        own["fit"] = {"sources": [*sources], "folder": data, "sha256": digest_of(training)}
+        own["fit"] = {"sources": [*sources], "folder": data, "sha256": cases_digest(training)}
     goal_sets = part.goal_sets or (DATASETS[part.set].goal_sets if part.set else ("own",))
     for goal_set in goal_sets:
         is_drawn = goal_set in ("random", "hard")
@@ -488,26 +496,6 @@ def _episode_specs(part: EpisodesPart, model: Model) -> Iterator[dict[str, Any]]
             "files": hashes_of(replace(settings, calibration=calibration, method=method, **own)),
             "model": model,
         }
-
-
-def _run_of(cell: Cell) -> dict[str, Any]:
-    """The part of a run that an evaluator's cell contains."""
-    return {
-        "key": cell.key,
-        "kind": "episode",
-        **{key: cell.spec[key] for key in ("model", "profile", "settings")},
-    }
-
-
-def _achieved(cell: Cell) -> dict[str, Any]:
-    """What an evaluator sees (Sec. 5.1): the basket, or the record of the robot's actions.
-
-    In a domain of one's own it sees both the final state and the record.
-    """
-    result, domain = cell.result or {}, cell.spec["settings"]["domain"]
-    judged = domain_named(domain).judged
-    seen: dict[str, Any] = {"outcome": "", "actions": []}
-    return seen | {key: result[key] for key in judged}
 
 
 def _file(name: str, folder: Path | None) -> Path:

@@ -8,6 +8,7 @@ import zlib
 from collections import Counter
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
+from operator import attrgetter
 from pathlib import Path
 from typing import Any, TypeVar, cast
 
@@ -31,6 +32,7 @@ Row = TypeVar("Row")
 THRESHOLDS = (0.05, 0.1, 0.25, 0.5, 1.0, 2.0)
 """Thresholds in nats for `asking`."""
 
+_TARGET, _AMOUNT = attrgetter("do", "what"), attrgetter("do", "what", "quantity", "unit")
 _ARTICLES = frozenset(
     "a an the some any this that these those my our your his her their".split()  # noqa: SIM905
 )
@@ -209,8 +211,8 @@ def score(pairs: Iterable[tuple[Sequence[Order], Sequence[Order] | None]]) -> Sc
     for gold, found in pairs:
         lines += 1
         unread += found is None
-        exact += _bag(gold, _whole) == _bag(found or (), _whole) and found is not None
-        for name, key in (("target", _target), ("quantity", _amount)):
+        exact += _bag(gold) == _bag(found or ()) and found is not None
+        for name, key in (("target", _TARGET), ("quantity", _AMOUNT)):
             wanted, given = _bag(gold, key), _bag(found or (), key)
             hits[name] += (wanted & given).total()
             read[name] += given.total()
@@ -239,10 +241,10 @@ def asking(pairs: Iterable[tuple[Sequence[Order], Reading | None]]) -> list[Aski
     """
     told: list[tuple[float, bool]] = []
     for gold, found in pairs:
-        right = _bag(gold, _whole)
+        right = _bag(gold)
         for order, margin in zip(found.orders, found.margins or (), strict=False) if found else ():
             if acting((order,)):
-                told.append((margin, bool(_bag((order,), _whole) & right)))
+                told.append((margin, bool(_bag((order,)) & right)))
     rows: list[Asking] = []
     for threshold in THRESHOLDS if told else ():
         asked = [right for margin, right in told if margin < threshold]
@@ -256,7 +258,7 @@ def asking(pairs: Iterable[tuple[Sequence[Order], Reading | None]]) -> list[Aski
 
 def differs(gold: Sequence[Order], found: Sequence[Order] | None) -> int:
     """How many orders are missing or too many, quantities and places included."""
-    wanted, given = _bag(gold, _whole), _bag(found or (), _whole)
+    wanted, given = _bag(gold), _bag(found or ())
     return ((wanted - given) + (given - wanted)).total()
 
 
@@ -295,7 +297,9 @@ def line_to_json(line: Line) -> dict[str, Any]:
     }
 
 
-def _bag(orders: Iterable[Order], key: Callable[[Order], object]) -> Counter[Any]:
+def _bag(
+    orders: Iterable[Order], key: Callable[[Order], object] = lambda order: order
+) -> Counter[Any]:
     return Counter(key(_even(each)) for each in orders if speaks(each))
 
 
@@ -312,18 +316,6 @@ def _even(order: Order) -> Order:
         if_="if" if order.if_ else "",
         why="",
     )
-
-
-def _target(order: Order) -> object:
-    return order.do, order.what
-
-
-def _amount(order: Order) -> object:
-    return order.do, order.what, order.quantity, order.unit
-
-
-def _whole(order: Order) -> object:
-    return order
 
 
 def _phrase(text: str) -> str:

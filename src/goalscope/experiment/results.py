@@ -12,7 +12,7 @@ from pathlib import Path
 from typing import Any
 
 from filelock import FileLock, Timeout
-from sqlalchemy import Connection, Row, select
+from sqlalchemy import Connection, select
 
 from goalscope.base.types import InvalidInputError
 from goalscope.storage.store import Store, dumps, new_episode, round_from_json, round_row
@@ -105,7 +105,17 @@ class Results(Store):
         """All cells, in the order in which they were planned."""
         query = select(CELLS).order_by(CELLS.c.number)
         with self.reading() as connection:
-            return [_cell(row) for row in connection.execute(query)]
+            return [
+                Cell(
+                    row.key,
+                    json.loads(row.spec),
+                    row.attempts,
+                    row.error,
+                    json.loads(row.identity or "null"),
+                    json.loads(row.result or "null"),
+                )
+                for row in connection.execute(query)
+            ]
 
     def ask_for(self, cells: Iterable[Cell], command: str = "") -> None:
         """Record these cells as the latest plan with their settings.
@@ -177,17 +187,6 @@ def _adopted(connection: Connection, episode: Mapping[str, Any]) -> str:
     for each in map(round_from_json, episode["rounds"]):
         connection.execute(ROUNDS.insert(), round_row(row["id"], each))
     return row["id"]
-
-
-def _cell(row: Row[Any]) -> Cell:
-    return Cell(
-        row.key,
-        json.loads(row.spec),
-        row.attempts,
-        row.error,
-        json.loads(row.identity or "null"),
-        json.loads(row.result or "null"),
-    )
 
 
 def _subject(spec: Mapping[str, Any]) -> Any:

@@ -8,8 +8,8 @@ from dataclasses import replace
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
+from goalscope.base.arrays import Array, Flags
 from goalscope.base.stats import proportion
 from goalscope.base.types import pluralize
 from goalscope.belief.calibration import DEFAULT, PAPER, calibration_from_json
@@ -42,8 +42,6 @@ from goalscope.experiment.summary import (
     rows_of,
     slug,
 )
-
-Array = npt.NDArray[np.float64]
 
 PROMPTS = {
     "question": "question",
@@ -124,27 +122,23 @@ def _question_records(
             yield prompt, "with", _question_record(spec, beside, np.append(right, False))
 
 
-def _question_record(
-    spec: Mapping[str, Any], values: Sequence[float], right: npt.NDArray[np.bool_]
-) -> Record:
+def _question_record(spec: Mapping[str, Any], values: Sequence[float], right: Flags) -> Record:
     evidence = np.array(values, dtype=np.float64)
     loss = float(np.logaddexp.reduce(evidence) - np.logaddexp.reduce(evidence[right]))
     row = json.dumps(spec["row"], sort_keys=True)
     return {"group": row, "right": _share(evidence, right), "log-loss": loss}
 
 
-def _right(spec: Mapping[str, Any], result: Mapping[str, Any]) -> npt.NDArray[np.bool_]:
+def _right(spec: Mapping[str, Any], result: Mapping[str, Any]) -> Flags:
     """[G] whether each goal rephrases the right choice or one with the same words."""
     row = spec["row"]
     answer = row["choices"][row["answer"]]
     return np.array([row["choices"][goal["choice"]] == answer for goal in result["goals"]])
 
 
-def _share(values: Array, right: npt.NDArray[np.bool_]) -> float:
+def _share(values: Array, right: Flags) -> float:
     return float(right[values == values.max()].mean())
 
-
-Flags = npt.NDArray[np.bool_]
 
 AS_AGENT = "goalscope, an agent's"
 FRESH = "goalscope, told of the change"

@@ -12,18 +12,16 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 from filelock import FileLock, Timeout
 
+from goalscope.base.arrays import Array
 from goalscope.base.optional_packages import package
 from goalscope.base.stats import auroc
 from goalscope.base.types import UNSPECIFIED, GoalscopeError, InvalidInputError
 from goalscope.belief.calibration import DEFAULT
-from goalscope.datasets import Case
+from goalscope.datasets.case import Case
 from goalscope.datasets.goal_sets import chance
 from goalscope.fitting.learner import Example, Learner
-
-Array = npt.NDArray[np.float64]
 
 KEPT = 10
 """Steps between saved states."""

@@ -109,7 +109,8 @@ def _with(state: DialogueState, order: Order, *, lifts: bool) -> DialogueState:
     if order.do in ("avoid", "only") and order.what:
         same = [each for each in state.limits if _about(each) == _about(order)]
         others = [each for each in state.limits if each not in same]
-        return replace(state, limits=(*others, min((order, *same), key=_gravity)))
+        gravest = min((order, *same), key=lambda each: REASONS.index(each.why or REASONS[-1]))
+        return replace(state, limits=(*others, gravest))
     if order.do == "budget":
         return replace(state, budget=order)
     if order.do == "leave":
@@ -144,7 +145,3 @@ def _rules_out(limit: Order, order: Order) -> bool:
 
 def _about(limit: Order) -> tuple[str, str, str]:
     return limit.do, limit.what, limit.for_
-
-
-def _gravity(limit: Order) -> int:
-    return REASONS.index(limit.why or REASONS[-1])

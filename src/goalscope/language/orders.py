@@ -10,8 +10,9 @@ from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, fields, replace
 from functools import cache
 from importlib.resources import files
+from typing import cast
 
-from goalscope.base.inputs import read_table
+from goalscope.base.inputs import read_table, validated
 from goalscope.base.types import InvalidInputError
 
 SLOTS = ("what", "quantity", "for", "where", "if", "why")
@@ -171,26 +172,14 @@ def order_from_json(data: object) -> Order:
     Raises:
         InvalidInputError: It is no such object; names the wrong key.
     """
-    if not isinstance(data, dict):
-        raise InvalidInputError(f"An order must be an object, not {data!r}.")
-    names = {field.name.rstrip("_"): field.name for field in fields(Order)}
-    values: dict[str, str | float] = {}
-    for key, value in data.items():  # pyright: ignore[reportUnknownVariableType]
-        if key not in names:
-            raise InvalidInputError(
-                f"An order has no key {key!r}. The keys are: {', '.join(names)}."
-            )
-        if value is None:
-            continue
-        if key == "quantity" and isinstance(value, int | float) and not isinstance(value, bool):
-            values[names[key]] = float(value)
-        elif key != "quantity" and isinstance(value, str):
-            values[names[key]] = value
-        else:
-            raise InvalidInputError(f"{key} of an order cannot be {value!r}.")
-    if not values.get("do"):
+    if isinstance(data, dict):
+        names = {field.name.rstrip("_"): field.name for field in fields(Order)}
+        given = cast("dict[str, object]", data)
+        data = {names.get(key, key): each for key, each in given.items() if each is not None}
+    order = validated(data, Order, "An order")
+    if not order.do:
         raise InvalidInputError('An order needs a verb under the key "do".')
-    return Order(**values)  # pyright: ignore[reportArgumentType]
+    return order
 
 
 def orders_to_text(orders: Iterable[Order]) -> str:

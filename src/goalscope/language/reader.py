@@ -193,18 +193,17 @@ class Reader:
         return self._prompt(message, question, [*self._examples, *before[-_WINDOW:]])
 
     def _prompt(self, message: str, question: str, shown: Sequence[ReadExample]) -> list[Message]:
-        chat = [part for each in shown for part in self._chat(each)]
-        return [*self._opening, *chat, Message("user", _asked(question, message))]
+        chat = [*self._opening]
+        for each in shown:
+            chat.append(Message("user", _asked(each.question, each.message)))
+            chat.append(Message("assistant", self.written(each.orders)))
+        return [*chat, Message("user", _asked(question, message))]
 
     def written(self, orders: Sequence[Order]) -> str:
         """Orders as the model writes them."""
         if self.form == "text":
             return orders_to_text(orders)
         return json.dumps([order_to_json(each) for each in orders], ensure_ascii=False)
-
-    def _chat(self, exchange: ReadExample) -> list[Message]:
-        said = _asked(exchange.question, exchange.message)
-        return [Message("user", said), Message("assistant", self.written(exchange.orders))]
 
     def _margins(
         self, orders: Sequence[Order], lines: Sequence[Order], margins: Sequence[float]

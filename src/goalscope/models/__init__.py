@@ -6,27 +6,8 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, Protocol, runtime_checkable
 
-import numpy as np
-import numpy.typing as npt
-
+from goalscope.base.arrays import Array
 from goalscope.base.types import Message, UnreadableAnswerError
-
-__all__ = [
-    "CLOSED",
-    "Completion",
-    "Generator",
-    "LanguageModel",
-    "LikelihoodModel",
-    "Model",
-    "OpenGenerator",
-    "OpenModel",
-    "OpenScorer",
-    "Roles",
-    "model_name",
-    "unfinished_json",
-]
-
-Array = npt.NDArray[np.float64]
 
 CLOSED = "This model is closed; open it again with open_model(...)."
 """The error of any call after `close`."""
@@ -162,8 +143,8 @@ class Roles(Protocol):
         ...
 
 
-class Opened(Protocol):
-    """What `open_model` adds to a model."""
+class OpenGenerator(Generator, Protocol):
+    """A model that writes, with what `open_model` adds."""
 
     @property
     def name(self) -> str:
@@ -182,18 +163,6 @@ class Opened(Protocol):
     def close(self) -> None:
         """Free its resources; it cannot be used afterwards."""
         ...
-
-
-class OpenGenerator(Generator, Opened, Protocol):
-    """An opened model that writes."""
-
-
-class OpenScorer(LikelihoodModel, Opened, Protocol):
-    """An opened model that scores."""
-
-
-class OpenModel(OpenGenerator, OpenScorer, Protocol):
-    """An opened model that writes and scores."""
 
 
 def unfinished_json(room: int) -> UnreadableAnswerError:

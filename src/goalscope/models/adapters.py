@@ -14,6 +14,7 @@ import gguf
 import numpy as np
 import numpy.typing as npt
 
+from goalscope.base.arrays import Floats
 from goalscope.base.types import ModelError
 
 logging.getLogger("gguf").setLevel(logging.WARNING)
@@ -21,7 +22,6 @@ logging.getLogger("gguf").setLevel(logging.WARNING)
 _BLOCK = 32
 """Numbers of a row that share one scale in Q8_0."""
 
-Floats = npt.NDArray[np.float32]
 
 NO_ADAPTER = "none"
 """The value in place of an adapter's name for "no adapter"."""

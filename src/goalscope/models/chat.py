@@ -305,11 +305,6 @@ def opens_thought(markup: str) -> bool:
     return markup.rfind(_BEGIN) > markup.rfind(_END)
 
 
-def _marks_thought(markup: str) -> bool:
-    """Whether markup begins or ends a thought."""
-    return _BEGIN in markup or _END in markup
-
-
 def _closed(markup: str) -> str:
     """Markup after which an answer begins: a thought that it opens is closed empty."""
     if not opens_thought(markup):
@@ -341,5 +336,5 @@ def _reply_header(header: str, words: str) -> str:
     """
     if header.rstrip() == words.rstrip():
         return header
-    adds_thought = header.startswith(words) and _marks_thought(header[len(words) :])
-    return header if adds_thought else words
+    added = header[len(words) :] if header.startswith(words) else ""
+    return header if _BEGIN in added or _END in added else words

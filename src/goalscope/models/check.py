@@ -52,7 +52,7 @@ def _try_scoring(model: Any, found: dict[str, Any], problems: list[str]) -> None
     found["true over scrambled (nats a token)"] = test.preference
     prompt = model.tokenizer.render(_CHAT)
     found["scored words follow"] = repr(model.tokenizer.detokenize(prompt[-12:], markup=True))
-    if not test.passed:
+    if test.complaint:
         remedy = "" if test.in_thought else f" {model.remedy}"
         problems.append(f"{model.describe()}: {test.complaint}{remedy}")
     model.clear_cache()

@@ -1,4 +1,4 @@
-"""Vectors of what texts mean, from the static word embeddings that come with WordLlama."""
+"""Floats of what texts mean, from the static word embeddings that come with WordLlama."""
 
 from __future__ import annotations
 
@@ -10,23 +10,22 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
-Vectors = npt.NDArray[np.float32]
+from goalscope.base.arrays import Floats
 
 
-def embedded(texts: Sequence[str]) -> Vectors:
+def embedded(texts: Sequence[str]) -> Floats:
     """[N, 256] vectors of length one, zero for no known word; case does not count."""
     return unit(summed(texts))
 
 
-def unit(vectors: Vectors) -> Vectors:
+def unit(vectors: Floats) -> Floats:
     """The same directions, of length one; zero stays zero."""
     lengths = np.linalg.norm(vectors, axis=1, keepdims=True)
     return (vectors / np.where(lengths > 0, lengths, 1)).astype(np.float32)
 
 
-def summed(texts: Sequence[str]) -> Vectors:
+def summed(texts: Sequence[str]) -> Floats:
     """[N, 256] sums of the vectors of each text's tokens; no token holds parts of two words."""
     tokenizer, table = _embeddings()
     whole = (text.encode(errors="replace").decode() for text in texts)  # no lone surrogates
@@ -37,7 +36,7 @@ def summed(texts: Sequence[str]) -> Vectors:
     return group_sums(group_sums(table, ids), [[words[word] for word in row] for row in rows])
 
 
-def group_sums(vectors: Vectors, groups: Sequence[Sequence[int]]) -> Vectors:
+def group_sums(vectors: Floats, groups: Sequence[Sequence[int]]) -> Floats:
     """The sum of each group of rows, named by their numbers."""
     sums = np.zeros((len(groups), vectors.shape[1]), np.float32)
     for total, group in zip(sums, groups, strict=True):
@@ -47,7 +46,7 @@ def group_sums(vectors: Vectors, groups: Sequence[Sequence[int]]) -> Vectors:
 
 
 @cache
-def _embeddings() -> tuple[Any, Vectors]:
+def _embeddings() -> tuple[Any, Floats]:
     """WordLlama's tokenizer and table; importing it would set up logging for the whole program."""
     import safetensors.numpy
     from tokenizers import Tokenizer

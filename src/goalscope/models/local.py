@@ -12,8 +12,9 @@ from typing import Any, TypeVar, cast
 
 import numpy as np
 
+from goalscope.base.arrays import Array
 from goalscope.base.types import Message, ModelError
-from goalscope.models import CLOSED, Array, Completion, unfinished_json
+from goalscope.models import CLOSED, Completion, unfinished_json
 from goalscope.models.chat import answer_of, opens_thought
 from goalscope.models.llama.sampling import (
     Grammar,
@@ -81,6 +82,7 @@ class LocalModel(TokenScorer):
         takes_grammar: Whether `generate` takes a `grammar`.
         adapter: The file of its LoRA adapter, if it has one.
         adapter_metadata: The text metadata of that file, by key.
+        vocabulary: The GGUF file that the tokens are from; None if from another kind of file.
         busy: Held during a call.
         closed: Whether `close` was called.
     """
@@ -88,6 +90,7 @@ class LocalModel(TokenScorer):
     takes_grammar = True
     adapter: Path | None
     adapter_metadata: Mapping[str, str]
+    vocabulary: Weights | None
 
     def __init__(self) -> None:
         _refuse_fork()
@@ -127,11 +130,6 @@ class LocalModel(TokenScorer):
     @abstractmethod
     def push(self, token: int) -> Logits:
         """Logits [vocabulary] after one more token than at the last `read` or `push`."""
-
-    @property
-    @abstractmethod
-    def vocabulary(self) -> Weights | None:
-        """The GGUF file that the tokens are from; None if from another kind of file."""
 
     @synchronized
     def grammar(self, rules: Mapping[str, Any] | str) -> Grammar:

@@ -10,13 +10,11 @@ from functools import cache
 from pathlib import Path
 from typing import Any
 
+from goalscope.base.arrays import Array
 from goalscope.base.types import InvalidInputError, Message, ModelError
 from goalscope.models import (
-    Array,
     Completion,
     OpenGenerator,
-    OpenModel,
-    OpenScorer,
 )
 from goalscope.models.adapters import FITTED_TASK, NO_ADAPTER, adapter_file, shipped
 from goalscope.models.chat import ChatTokenizer
@@ -47,11 +45,11 @@ class ModelSet:
     def __init__(
         self,
         generator: OpenGenerator,
-        scorer: OpenScorer,
+        scorer: TokenScorer,
         *,
-        speaker: OpenScorer | None = None,
+        speaker: TokenScorer | None = None,
         reader: OpenGenerator | None = None,
-        writer: OpenModel | None = None,
+        writer: LocalModel | None = None,
     ) -> None:
         """Take them."""
         self.generator, self.scorer, self.speaker = generator, scorer, speaker or scorer
@@ -59,7 +57,7 @@ class ModelSet:
         self.writer = writer
         self._is_one_model = id(generator) == id(scorer)
         used = [generator, scorer, self.speaker, self.reader, *([writer] if writer else [])]
-        self.roles: list[OpenGenerator | OpenScorer] = list({id(m): m for m in used}.values())
+        self.roles: list[OpenGenerator | TokenScorer] = list({id(m): m for m in used}.values())
 
     @property
     def name(self) -> str:
@@ -186,7 +184,7 @@ def open_model(
     adapted = _adapter(adapter, scores)
     with ExitStack() as opened:
         writing: OpenGenerator
-        scoring: OpenScorer
+        scoring: TokenScorer
         if writes == scores and not _is_address(writes):
             both = opened.enter_context(closing(_local(writes)))
             writing, scoring = both, both
@@ -194,7 +192,7 @@ def open_model(
             writing = opened.enter_context(closing(_generator(writes, tokenizer)))
             scoring = opened.enter_context(closing(_scorer(scores, tokenizer)))
 
-        def with_adapter(model: object, file: Path) -> OpenModel:
+        def with_adapter(model: object, file: Path) -> LocalModel:
             assert isinstance(model, LocalModel)  # `_adapter` refuses servers
             return opened.enter_context(closing(model.with_adapter(file)))
 
@@ -207,7 +205,7 @@ def open_model(
 
 
 @cache
-def embedded_scorer() -> OpenScorer:
+def embedded_scorer() -> TokenScorer:
     """The embedded model with its adapter, for trackers without a model of their own.
 
     It is opened once, and stays open.
@@ -278,7 +276,7 @@ def _adapter(adapter: str | Path | None, scores: str | Path | None) -> Path | No
     return adapter_file(adapter)
 
 
-def _local(name: str | Path | None, *, adapter: Path | None = None) -> OpenModel:
+def _local(name: str | Path | None, *, adapter: Path | None = None) -> LocalModel:
     text = str(name or "")
     if text.startswith("hf:") or os.path.isfile(Path(text, "config.json")):
         from goalscope.models.torch.model import Transformers
@@ -304,7 +302,7 @@ def _generator(name: str | Path | None, tokenizer: str | Path | None) -> OpenGen
     return ServedGenerator(Server(str(name)), _tokenizer(str(tokenizer)) if tokenizer else None)
 
 
-def _scorer(name: str | Path | None, tokenizer: str | Path | None) -> OpenScorer:
+def _scorer(name: str | Path | None, tokenizer: str | Path | None) -> TokenScorer:
     if not _is_address(name):
         return _local(name)
     from goalscope.models.served import ServedScorer

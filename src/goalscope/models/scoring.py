@@ -9,8 +9,9 @@ from typing import Any, NamedTuple, cast
 
 import numpy as np
 
+from goalscope.base.arrays import Array
 from goalscope.base.types import Message, ModelError
-from goalscope.models import Array, LikelihoodModel, model_name
+from goalscope.models import LikelihoodModel, model_name
 from goalscope.models.chat import ChatTokenizer, opens_thought
 from goalscope.models.trace import traced
 
@@ -51,11 +52,6 @@ class SelfTest:
     batch_error: float
     preference: float
     in_thought: bool = False
-
-    @property
-    def passed(self) -> bool:
-        """Whether the answers are plausible log-probabilities of the prompt's tokens."""
-        return not self.complaint
 
     @property
     def complaint(self) -> str:
@@ -135,15 +131,12 @@ class TokenScorer(ABC):
     Attributes:
         name: The model's name.
         tokenizer: Turns chats into token ids.
+        context_size: Most tokens that one pair (context and continuation) may have.
     """
 
     name: str
     tokenizer: ChatTokenizer
-
-    @property
-    @abstractmethod
-    def context_size(self) -> int:
-        """Most tokens that one pair (context and continuation) may have."""
+    context_size: int
 
     @abstractmethod
     def score(self, pairs: Sequence[Pair]) -> list[Array]:

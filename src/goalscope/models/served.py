@@ -10,8 +10,9 @@ from typing import Any
 
 import numpy as np
 
+from goalscope.base.arrays import Array
 from goalscope.base.types import Message, ModelError, UnreadableAnswerError
-from goalscope.models import Array, Completion, unfinished_json
+from goalscope.models import Completion, unfinished_json
 from goalscope.models.chat import ChatTokenizer, answer_of
 from goalscope.models.scoring import LEAST, Pair, TokenScorer
 from goalscope.models.server import Refusal, Server, understood
@@ -134,7 +135,12 @@ class ServedGenerator:
         while True:
             extra: dict[str, Any] = {self._length_key: max_tokens}
             if schema is not None:
-                extra["response_format"] = self._response_format(_object(schema))
+                named = {"name": "reply", "strict": True, "schema": _object(schema)}
+                extra["response_format"] = (
+                    {"type": "json_schema", "json_schema": named}
+                    if self._takes_json_schema
+                    else {"type": "json_object", "schema": _object(schema)}
+                )
             try:
                 return self.server.post("chat/completions", {**body, **extra})
             except Refusal as refusal:
@@ -145,12 +151,6 @@ class ServedGenerator:
                     self._takes_json_schema = False
                 else:
                     raise
-
-    def _response_format(self, schema: Mapping[str, Any]) -> dict[str, Any]:
-        if not self._takes_json_schema:
-            return {"type": "json_object", "schema": schema}
-        form = {"name": "reply", "strict": True, "schema": schema}
-        return {"type": "json_schema", "json_schema": form}
 
     def _checked(self, text: str, schema: Mapping[str, Any]) -> str:
         """The reply without a thought, if it keeps to the schema."""
@@ -301,7 +301,7 @@ class ServedScorer(TokenScorer):
         return self.server.model
 
     @property
-    def context_size(self) -> int:
+    def context_size(self) -> int:  # pyright: ignore[reportIncompatibleVariableOverride]
         """Most tokens that one pair may have; the server writes one more."""
         return self.server.context_size - 1
 

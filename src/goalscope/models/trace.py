@@ -20,15 +20,16 @@ from typing import Any, Literal, TypeVar, cast, get_args
 
 import numpy as np
 
+from goalscope.base.arrays import Array
 from goalscope.base.types import InvalidInputError, Message
-from goalscope.models import Array, Completion, model_name
+from goalscope.models import Completion, model_name
 
 TracedModule = Literal[
     "query", "human", "read", "infer", "propose", "remove", "relevant", "plan", "judge"
 ]
 """The modules whose calls are told apart, in the order of a round."""
 
-MODULES: tuple[TracedModule, ...] = get_args(TracedModule)
+TRACED_MODULES: tuple[TracedModule, ...] = get_args(TracedModule)
 
 Line = dict[str, Any]
 
@@ -172,11 +173,10 @@ class Trace:
         continuations: Sequence[str],
     ) -> list[Array]:
         """The log-probabilities of a model or, where they are known, the recorded ones."""
+        said: Sequence[Line] = _scored.get() or [{}] * len(contexts)
         lines = [
             _line("score", model, context, writing=False) | {"words": words, **about}
-            for context, words, about in zip(
-                contexts, continuations, _scored.get() or [{}] * len(contexts), strict=True
-            )
+            for context, words, about in zip(contexts, continuations, said, strict=True)
         ]
         known = [self._recorded.get(_exact(line)) for line in lines]
         new = [i for i, found in enumerate(known) if not found]

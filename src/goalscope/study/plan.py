@@ -30,11 +30,7 @@ NOTHING = "The assistant did nothing."
 DID, LEFT = "It did this, in this order:", "The situation at the end:"
 
 
-def _is_not_blank(text: str) -> bool:
-    return bool(text.strip())
-
-
-Text = Annotated[str, Predicate(_is_not_blank)]
+Text = Annotated[str, Predicate(lambda text: bool(text.strip()))]
 Count = Annotated[int, Interval(ge=0, le=1_000_000)]
 
 

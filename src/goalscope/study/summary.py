@@ -9,7 +9,6 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
-import numpy.typing as npt
 from sqlalchemy import select
 
 from goalscope.base.stats import RESAMPLES, Interval, pooled_sd_of_mean
@@ -32,7 +31,6 @@ from goalscope.storage.tables import CELLS
 from goalscope.study.plan import BEST
 from goalscope.study.store import Participant, Study, StudyStore
 
-Array = npt.NDArray[np.float64]
 COLUMNS = (
     "study", "participant", "external_id", "joined", "finished", "place", "item", "episode",
     "domain", "profile", "method", "state_score", "rating", "explanation", "revision", "opened",

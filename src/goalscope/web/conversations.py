@@ -327,14 +327,6 @@ class Conversations:
         self._lock = RLock()
         self._open: OrderedDict[str, Conversation] = OrderedDict()
 
-    def begin(self, settings: Settings) -> Conversation:
-        """Start an episode.
-
-        Raises:
-            GoalscopeError: It cannot be started with these settings.
-        """
-        return self._enter(settings, None)
-
     def resume(self, info: EpisodeInfo, *, again: bool = False) -> Conversation:
         """The conversation of an episode that has not ended.
 
@@ -350,7 +342,7 @@ class Conversations:
                 self._open.move_to_end(info.id)
                 found.catch_up(info, again=again)
                 return found
-            return self._enter(saved_settings(info), info)
+            return self.begin(saved_settings(info), info)
 
     def close(self) -> None:
         """Close all conversations; their rounds are in the store."""
@@ -358,7 +350,12 @@ class Conversations:
         for conversation in self._open.values():
             conversation.close()
 
-    def _enter(self, settings: Settings, resume: EpisodeInfo | None) -> Conversation:
+    def begin(self, settings: Settings, resume: EpisodeInfo | None = None) -> Conversation:
+        """Start an episode, or resume one.
+
+        Raises:
+            GoalscopeError: It cannot be started with these settings.
+        """
         entered = Conversation(self._store, self._worker, self._model, settings, resume)
         with self._lock:
             self._open[entered.id] = entered

@@ -9,6 +9,7 @@ from typing import Literal
 import numpy as np
 import numpy.typing as npt
 
+from goalscope.base.arrays import Array, Floats
 from goalscope.base.inputs import read_table
 from goalscope.base.nouns import head_words, singular, singulars
 from goalscope.envs.grocery.catalogue import Catalogue
@@ -17,7 +18,6 @@ from goalscope.models.embedding import embedded
 Nature = Literal["food", "mixture", "thing"]
 """What people eat, drink or take; other mixtures, such as cosmetics and pet food; and all else."""
 
-_Vectors = npt.NDArray[np.float32]
 
 _AISLES = {
     key: [" ".join(name.split()) for name in names.split(",")]
@@ -66,13 +66,13 @@ def is_made(category: str) -> bool:
     return bool(category) and near["made"] > near["plain"]
 
 
-def _nearness(vector: _Vectors) -> dict[str, float]:
+def _nearness(vector: Floats) -> dict[str, float]:
     """The nearness of the nearest usual aisle of each kind."""
     return {kind: float((vectors @ vector).max()) for kind, vectors in _aisles().items()}
 
 
 @cache
-def _aisles() -> dict[str, _Vectors]:
+def _aisles() -> dict[str, Floats]:
     return {kind: embedded(_AISLES[kind]) for kind in ("plain", "made", "mixture", "thing")}
 
 
@@ -88,8 +88,8 @@ def _weights() -> npt.NDArray[np.floating]:
         + [False] * len(foods)
     )
     share = float(is_other.mean())
-    weight: npt.NDArray[np.float64] = np.where(is_other, 1 - share, share)
-    inputs: npt.NDArray[np.float64] = np.hstack([names, np.ones((len(names), 1))])
-    scaled: npt.NDArray[np.float64] = inputs * weight[:, None]
-    ridge: npt.NDArray[np.float64] = float(weight.mean()) * np.eye(inputs.shape[1])
+    weight: Array = np.where(is_other, 1 - share, share)
+    inputs: Array = np.hstack([names, np.ones((len(names), 1))])
+    scaled: Array = inputs * weight[:, None]
+    ridge: Array = float(weight.mean()) * np.eye(inputs.shape[1])
     return np.linalg.solve(scaled.T @ inputs + ridge, scaled.T @ np.where(is_other, 1.0, -1.0))

@@ -22,11 +22,8 @@ _FORMS = (
 _BESIDE = ("tag", "without", "min_quantity", "max_quantity")
 
 
-def _has_words(term: str) -> bool:
-    return bool(singulars(term))
-
-
-Terms = Annotated[tuple[Annotated[str, Predicate(_has_words)], ...], MinLen(1)]
+Term = Annotated[str, Predicate(lambda text: bool(singulars(text)))]
+Terms = Annotated[tuple[Term, ...], MinLen(1)]
 Tag = Annotated[str, MinLen(1)]
 Quantity = Annotated[int, Ge(1)]
 

@@ -9,8 +9,8 @@ from functools import cached_property
 from importlib.resources import files
 
 import numpy as np
-import numpy.typing as npt
 
+from goalscope.base.arrays import Floats
 from goalscope.base.inputs import read_table
 from goalscope.base.nouns import head_nouns, head_words, singular, singulars, words
 from goalscope.envs.grocery.catalogue import Catalogue, Item
@@ -20,7 +20,6 @@ from goalscope.models.embedding import embedded
 WORDS = read_table(files("goalscope.envs.grocery") / "data" / "words.toml")
 """What people call things, and words that say little; its comments say which."""
 
-_Vectors = npt.NDArray[np.float32]
 
 _DEPTH = 100  # items that each ranking contributes to the fusion
 _RANK_OFFSET = 20.0  # the k of reciprocal rank fusion: a place counts 1 / (k + place)
@@ -183,7 +182,7 @@ class Search:
         return dict(heads)
 
     @cached_property
-    def _kinds(self) -> tuple[list[str], _Vectors]:
+    def _kinds(self) -> tuple[list[str], Floats]:
         """The generic names, and their vectors drawn towards those of their categories."""
         counts: Counter[str] = Counter()
         spelled: defaultdict[str, Counter[str]] = defaultdict(Counter)
@@ -213,7 +212,7 @@ class Search:
         return index
 
     @cached_property
-    def _vectors(self) -> _Vectors:
+    def _vectors(self) -> Floats:
         """float32, items x 256, each row of length one."""
         return embedded([item.name for item in self._items])
 
@@ -227,6 +226,6 @@ def _endings(name: str) -> Iterable[str]:
             yield f"{head[-2]} {head[-1]}"
 
 
-def _nearness(vectors: _Vectors, text: str) -> _Vectors:
+def _nearness(vectors: Floats, text: str) -> Floats:
     """Cosines; without BLAS, whose threads cost more than they save where cores are busy."""
     return np.einsum("ij,j->i", vectors, embedded([text])[0])

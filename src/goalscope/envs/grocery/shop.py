@@ -45,6 +45,10 @@ class GroceryShop(Proactive):
     Orders use `verbs`. The actions are `search inventory` (the target is a term), `add item` and
     `remove item` (the target is an item's exact name, with a quantity from 1 to 99), and `buy
     basket`. After the purchase, only searching is possible until `reset`.
+
+    Attributes:
+        catalogue: The items.
+        bought: Whether the basket has been purchased.
     """
 
     task = (
@@ -76,17 +80,12 @@ class GroceryShop(Proactive):
         self._chooser = Chooser(catalogue, self._search)
         self._basket: dict[Item, int] = {}
         self._taken_out: set[Item] = set()
-        self._bought = False
+        self.bought = False
 
     @property
     def basket(self) -> dict[str, int]:
         """A copy of the basket: quantities by item name, in the order of adding."""
         return {item.name: number for item, number in self._basket.items()}
-
-    @property
-    def bought(self) -> bool:
-        """Whether the basket has been purchased."""
-        return self._bought
 
     @property
     def total(self) -> Decimal:
@@ -97,15 +96,15 @@ class GroceryShop(Proactive):
         """Empty the basket, not bought."""
         self._basket.clear()
         self._taken_out.clear()
-        self._bought = False
+        self.bought = False
 
     def state(self) -> State:
         """The basket with quantities, prices and the total, one item a line."""
-        fingerprint = f"{sorted(self.basket.items())} {self._bought}"
+        fingerprint = f"{sorted(self.basket.items())} {self.bought}"
         if not self._basket:
             return State("The basket is empty.", fingerprint)
         money = self.catalogue.money
-        lines = ["Purchased:" if self._bought else "The basket holds:"]
+        lines = ["Purchased:" if self.bought else "The basket holds:"]
         for item, number in self._basket.items():
             price = None if item.price is None else item.price * number
             lines.append(f"- {number} x {item.name}: {money(price)}")
@@ -120,7 +119,7 @@ class GroceryShop(Proactive):
         match order.do:
             case "undo":
                 found = self._undo(dialogue.to_undo, bounds)
-            case _ if self._bought:
+            case _ if self.bought:
                 found = Resolution(why="The basket is bought already.")
             case "add" | "set":
                 found = self._add(order, bounds, dialogue)
@@ -272,7 +271,7 @@ class GroceryShop(Proactive):
 
         What is ruled out stays out.
         """
-        if self._bought:
+        if self.bought:
             return Resolution(why="The purchase cannot be undone.")
         moved = Counter[Item]()
         for result in results:
@@ -299,7 +298,7 @@ class GroceryShop(Proactive):
         Excludes what was ruled out, for whomever it was, what once left the basket, and what takes
         too large a share of the remaining budget.
         """
-        if self._bought or any(
+        if self.bought or any(
             each.do == "avoid" and names(name, each.what) for each in dialogue.limits
         ):
             return []
@@ -375,7 +374,7 @@ class GroceryShop(Proactive):
                 listed = "\n".join(f"- {item.name}: {money(item.price)}" for item in found)
                 nothing = f"Nothing is found for {action.target!r}."
                 return StepResult(action, bool(found), listed or nothing)
-            case "add item" | "remove item" | "buy basket" if self._bought:
+            case "add item" | "remove item" | "buy basket" if self.bought:
                 return StepResult(action, False, "The basket is already purchased.")
             case "add item" | "remove item":
                 return self._move(action)
@@ -414,7 +413,7 @@ class GroceryShop(Proactive):
             return StepResult(action, False, "The basket is bought as it is, and once.")
         if not self._basket:
             return StepResult(action, False, "The basket is empty; add something first.")
-        self._bought = True
+        self.bought = True
         total = self.catalogue.money(self.total)
         told = f"The basket is now purchased for {total}.\n{self.state().text}"
         return StepResult(action, True, told, terminated=True, irreversible=True)
@@ -426,7 +425,7 @@ class GroceryShop(Proactive):
     def checks_met(self, profile: Profile) -> Checks:
         """Which checks the basket meets, and which items no `must_have` nor `welcome` names."""
         contents = [*self._basket.items()]
-        met = checks_met(profile.checks, contents, bought=self._bought)
+        met = checks_met(profile.checks, contents, bought=self.bought)
         return Checks(tuple(met), unwanted(profile, contents))
 
 

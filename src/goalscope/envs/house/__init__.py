@@ -2,16 +2,6 @@
 
 from goalscope.envs.house.profiles import load_profiles
 from goalscope.envs.house.robot import HomeRobot
-from goalscope.envs.house.simulator.scenes import load_scene
-from goalscope.envs.house.simulator.state import Scene
-from goalscope.envs.house.simulator.world import House, HouseController, start_thor
+from goalscope.envs.house.simulator.world import HouseController
 
-__all__ = [
-    "HomeRobot",
-    "House",
-    "HouseController",
-    "Scene",
-    "load_profiles",
-    "load_scene",
-    "start_thor",
-]
+__all__ = ["HomeRobot", "HouseController", "load_profiles"]

@@ -45,7 +45,7 @@ _ONLY_ON_REQUEST = frozenset({"break", "dirty", "use up", "open", "close", "empt
 _Table = Mapping[str, Mapping[str, Any]]
 
 
-def possible(view: View, own: str, *, asked: bool = False) -> Iterator[Action]:
+def afforded(view: View, own: str, *, asked: bool = False) -> Iterator[Action]:
     """What the object's affordances allow now; it may be put on one receptacle of each type.
 
     Args:

@@ -95,10 +95,11 @@ def _is_met(check: Mapping[str, Any], by_id: Mapping[str, Mapping[str, Any]]) ->
     (form,) = (key for key in _FORMS if key in check)
     places = [kind for key in ("in", "on") for kind in _types(check.get(key, []))]
     states = {key: check[key] for key in STATES if key in check}
+    of_pieces = not {"isSliced", "isBroken"}.isdisjoint(states)
     meant = [
         thing
         for thing in by_id.values()
-        if thing["objectType"] in _types(check[form]) and not _is_gone(thing, states)
+        if thing["objectType"] in _types(check[form]) and (of_pieces or is_whole(thing))
     ]
     fitting = [
         thing
@@ -109,12 +110,6 @@ def _is_met(check: Mapping[str, Any], by_id: Mapping[str, Mapping[str, Any]]) ->
     if form == "every":
         return bool(meant) and len(fitting) == len(meant)
     return not fitting if form == "no" else len(fitting) >= check.get("count", 1)
-
-
-def _is_gone(thing: Mapping[str, Any], states: Mapping[str, Any]) -> bool:
-    """Whether only pieces are left of the thing, and nobody asks."""
-    asked = "isSliced" in states or "isBroken" in states
-    return not asked and not is_whole(thing)
 
 
 def _holders(thing: Mapping[str, Any], by_id: Mapping[str, Mapping[str, Any]]) -> set[str]:

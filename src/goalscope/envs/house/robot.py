@@ -6,7 +6,6 @@ import hashlib
 import json
 import math
 from collections.abc import Sequence
-from types import TracebackType
 from typing import Any
 
 import numpy as np
@@ -19,8 +18,8 @@ from goalscope.envs.house.actions import (
     NAMES,
     Primitives,
     Refusal,
+    afforded,
     cooks,
-    possible,
     starts,
     undoing,
 )
@@ -119,12 +118,7 @@ class HomeRobot(Proactive):
         """What each object is called, by its id."""
         return dict(self._view.names)
 
-    def __exit__(
-        self,
-        kind: type[BaseException] | None,
-        error: BaseException | None,
-        trace: TracebackType | None,
-    ) -> None:
+    def __exit__(self, *error: object) -> None:
         """Stop the simulator."""
         self._primitives.controller.stop()
 
@@ -207,14 +201,14 @@ class HomeRobot(Proactive):
             action
             for own in self._called(name)
             if own not in taken
-            for action in possible(view, own)
+            for action in afforded(view, own)
             if view.id(action.destination) not in untouched
         ]
 
     def possible(self, terms: Sequence[str]) -> list[Action]:
         """See `Proactive.possible`: all that the affordances of these objects allow."""
         owns = dict.fromkeys(own for term in terms for own in self._called(term.casefold()))
-        found = (action for own in owns for action in possible(self._view, own, asked=True))
+        found = (action for own in owns for action in afforded(self._view, own, asked=True))
         return [*found, Action("finish")]
 
     def _called(self, name: str) -> list[str]:

@@ -8,21 +8,19 @@ from __future__ import annotations
 
 import json
 import math
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from functools import cache
 from importlib.resources import files
 from itertools import chain
-from typing import Any, cast
+from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
+from goalscope.base.arrays import Array
 from goalscope.base.nouns import singulars
-from goalscope.base.types import InvalidInputError
 from goalscope.models.embedding import embedded, group_sums, summed, unit
 
-_LISTS = ("said", "needed", "nice", "unwanted")
 _WORDS = 0.3  # weight of shared words, beside that of meaning
 _FLAT, _LONG = 1.2, 0.75  # k1 and b of BM25 (Robertson & Zaragoza, 2009)
 
@@ -88,7 +86,7 @@ class Nearest:
         found = [self.scenarios[i] for i in order]
         return [each for each in found if each.id != without][:most]
 
-    def _shared(self, text: str) -> npt.NDArray[np.float64]:
+    def _shared(self, text: str) -> Array:
         """[N] words shared with a text, 1 for the most."""
         n = len(self.scenarios)
         found = np.zeros(n)
@@ -105,35 +103,12 @@ class Nearest:
 def shipped_scenarios(domain: str) -> Nearest:
     """The scenarios that come with goalscope for a domain."""
     folder = files("goalscope.envs.scenarios")
-    rows = (
+    rows: Iterator[dict[str, Any]] = (
         json.loads(line)
         for file in sorted(folder.iterdir(), key=lambda each: each.name)
         if file.name.endswith(".jsonl")
         for line in file.read_text(encoding="utf-8").splitlines()
     )
-    return Nearest([scenario_from_json(row) for row in rows if row["domain"] == domain])
-
-
-def scenario_from_json(data: object) -> Scenario:
-    """The scenario in a row of JSON.
-
-    Raises:
-        InvalidInputError: A key is missing, or its value is of another kind.
-    """
-    if not isinstance(data, dict):
-        raise InvalidInputError("a line must be an object")
-    each = cast("dict[str, Any]", data)
-    for key in ("id", "domain", "aim"):
-        if not isinstance(each.get(key), str) or not each[key].strip():
-            raise InvalidInputError(f"{key!r} must be a text")
-    lists: dict[str, tuple[str, ...]] = {}
-    for key in _LISTS:
-        values = each.get(key, [])
-        if not isinstance(values, list) or not all(
-            isinstance(value, str) and value.strip() for value in cast("list[object]", values)
-        ):
-            raise InvalidInputError(f"{key!r} must be a list of texts")
-        lists[key] = tuple(cast("list[str]", values))
-    return Scenario(
-        each["id"], each["domain"], each["aim"], **lists, room=str(each.get("room", ""))
-    )
+    lists = ("said", "needed", "nice", "unwanted")
+    found = (row | {name: tuple(row[name]) for name in lists} for row in rows)
+    return Nearest([Scenario(**row) for row in found if row["domain"] == domain])

@@ -199,23 +199,20 @@ class Package:
         name: As pip knows it.
         module: As Python knows it.
         tried: A version that goalscope was tried with.
-        places: Where in it the library may lie, as patterns.
+        file: The library's name in it, as a pattern.
     """
 
     name: str
     module: str
     tried: str
-    places: tuple[str, ...]
+    file: str
 
     @property
     def library(self) -> Path | None:
         """The library's file; None where the package is not installed, or brings none."""
         found = importlib.util.find_spec(self.module)
         folders = (found and found.submodule_search_locations) or ()
-        files = (
-            file for folder in folders for each in self.places for file in Path(folder).glob(each)
-        )
-        return next(files, None)
+        return next((file for each in folders for file in Path(each).glob(self.file)), None)
 
     def load(self) -> Engine:
         """The library, ready to be called.
@@ -245,9 +242,9 @@ class Package:
 
 
 PACKAGE = (
-    Package("llama-cpp-py-sync", "llama_cpp_py_sync", "0.11739", ("llama.dll",))
+    Package("llama-cpp-py-sync", "llama_cpp_py_sync", "0.11739", "llama.dll")
     if sys.platform == "win32"
-    else Package("xllamacpp", "xllamacpp", "2026.10.11549", ("xllamacpp*.so",))
+    else Package("xllamacpp", "xllamacpp", "2026.10.11549", "xllamacpp*.so")
 )
 """The one for this platform, prebuilt for all its processors."""
 

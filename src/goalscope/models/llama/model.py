@@ -14,12 +14,12 @@ from typing import Any
 
 import numpy as np
 
+from goalscope.base.arrays import Array
 from goalscope.base.types import Message, ModelError
-from goalscope.models import Array
 from goalscope.models.adapters import adapter_metadata
 from goalscope.models.llama.engine import engine
 from goalscope.models.llama.sampling import Logits, gguf_vocabulary, log_prob
-from goalscope.models.llama.trie import Trie
+from goalscope.models.llama.trie import Trie, plant
 from goalscope.models.llama.weights import DOWNLOAD_AGAIN, MAX_PATHS, KVCache, Weights
 from goalscope.models.local import LocalModel, synchronized
 from goalscope.models.scoring import Pair
@@ -70,9 +70,10 @@ class LlamaCpp(LocalModel):
         self.path = Path(path) if path is not None else embedded_path()
         self.threads = threads or processors()
         self.adapter = Path(adapter) if adapter is not None else None
-        shared = sharing.vocabulary if sharing else Weights(self.path, remedy=self.remedy)
-        self._weights = shared.share()
-        if self._weights.is_recurrent:
+        shared = sharing._weights if sharing else Weights(self.path, remedy=self.remedy)
+        self.vocabulary = self._weights = shared.share()
+        lib, model = self._weights.lib, self._weights.model
+        if lib.llama_model_is_recurrent(model) or lib.llama_model_is_hybrid(model):
             raise ModelError(
                 f"{self.path} has recurrent layers, which are not supported by this engine. Run "
                 "it with Transformers (hf:NAME) or on a server."
@@ -81,8 +82,8 @@ class LlamaCpp(LocalModel):
         self._free = weakref.finalize(self, _free, self._weights, self._caches)
         self.adapter_metadata = adapter_metadata(self.adapter) if self.adapter else {}
         self.name = self._weights.metadata("general.name") or self.path.stem
-        trained: int = self._weights.lib.llama_model_n_ctx_train(self._weights.model)
-        self._context_size = min(context_size, trained)
+        trained: int = lib.llama_model_n_ctx_train(model)
+        self.context_size = min(context_size, trained)
         self.tokenizer = self._weights.chat_tokenizer
         self._writing = self._caches[0]
         self._logits = np.empty(self._weights.vocab_size, np.float32)
@@ -91,16 +92,6 @@ class LlamaCpp(LocalModel):
     def remedy(self) -> str:
         """See `LocalModel.remedy`."""
         return "Reinstall goalscope." if self.path == embedded_path() else DOWNLOAD_AGAIN
-
-    @property
-    def context_size(self) -> int:
-        """Most tokens that one pair (context and continuation) may have."""
-        return self._context_size
-
-    @property
-    def vocabulary(self) -> Weights:
-        """See `LocalModel.vocabulary`."""
-        return self._weights
 
     @property
     def parameters(self) -> int:
@@ -202,20 +193,26 @@ class LlamaCpp(LocalModel):
         each = -(-len(families) // (_CACHES - 1)) or 1  # families of one cache
         lists = [_in_tree_order(pairs, family) for family in families.values()]
         groups = [[*chain(*lists[i : i + each])] for i in range(0, len(lists), each)]
-        limit = _BRANCHES if large and each == 1 else self._context_size
+        limit = _BRANCHES if large and each == 1 else self.context_size
         return self._score(pairs, groups, limit)
 
     def _score(
         self, pairs: Sequence[Pair], groups: Sequence[Sequence[int]], limit: int
     ) -> list[Array]:
-        """Score pairs; each group of their numbers shares a cache, for one tree after another."""
+        """Score pairs; each group of their numbers shares a cache, for one tree after another.
+
+        A tree has at most `limit` nodes beside those of its first pair's prompt.
+        """
         results: list[Array] = [np.zeros(0)] * len(pairs)
         used: list[KVCache] = []
         for group in groups:
             waiting = list(group)
             cache: KVCache | None = None
             while waiting:
-                trie, spots = self._plant(pairs, waiting, limit)
+                largest = len(pairs[waiting[0]].prompt) + limit
+                nodes = min(max(self.context_size, _ONE_TREE), largest)
+                left = [pairs[index] for index in waiting]
+                trie, spots = plant(left, nodes=nodes, paths=MAX_PATHS)
                 wanted: dict[int, dict[int, float]] = {}
                 for node, token in chain.from_iterable(spots):
                     wanted.setdefault(node, {})[token] = np.nan
@@ -233,28 +230,6 @@ class LlamaCpp(LocalModel):
                 waiting = waiting[len(spots) :]
             used += [cache] if cache else []
         return results
-
-    def _plant(
-        self, pairs: Sequence[Pair], indices: Sequence[int], branches: int
-    ) -> tuple[Trie, list[list[tuple[int, int]]]]:
-        """A tree of as many pairs as fit, and for each the nodes with the token to score after.
-
-        It has at most `branches` nodes beside those of the first pair's prompt.
-        """
-        first = pairs[indices[0]].prompt
-        limit = min(max(self._context_size, _ONE_TREE), len(first) + branches)
-        trie = Trie()
-        spots: list[list[tuple[int, int]]] = []
-        for prompt, answer, _ in (pairs[index] for index in indices):
-            path = [*prompt, *answer[:-1]]
-            if spots and (
-                len(trie.paths) == MAX_PATHS
-                or len(trie) + len(path) - len(trie.match(path)) > limit
-            ):
-                break
-            nodes = trie.paths[trie.add(path)][len(prompt) - 1 :]
-            spots.append(list(zip(nodes, answer, strict=True)))
-        return trie, spots
 
     def _cache_for(self, trie: Trie, used: Sequence[KVCache] = ()) -> KVCache:
         """The cache that holds most of the paths, or the least recently used if none holds half.

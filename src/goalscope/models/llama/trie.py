@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
+from goalscope.models.scoring import Pair
+
 
 class Trie:
     """Token sequences ("paths") merged wherever they begin alike.
@@ -77,3 +79,25 @@ class Trie:
         self.through.append([path])
         nodes.append(node)
         return node
+
+
+def plant(
+    pairs: Sequence[Pair], *, nodes: int, paths: int | None = None
+) -> tuple[Trie, list[list[tuple[int, int]]]]:
+    """A tree of as many pairs as fit, and for each the nodes with the token to score after.
+
+    Args:
+        pairs: The first one always fits.
+        nodes: Most nodes of the tree.
+        paths: Most paths; None for any number.
+    """
+    trie = Trie()
+    spots: list[list[tuple[int, int]]] = []
+    for prompt, answer, _ in pairs:
+        path = [*prompt, *answer[:-1]]
+        grown = len(trie) + len(path) - len(trie.match(path))
+        if spots and (len(trie.paths) == paths or grown > nodes):
+            break
+        ends = trie.paths[trie.add(path)][len(prompt) - 1 :]
+        spots.append(list(zip(ends, answer, strict=True)))
+    return trie, spots

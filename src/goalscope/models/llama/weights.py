@@ -136,12 +136,6 @@ class Weights:
         return " ".join(digests)
 
     @property
-    def is_recurrent(self) -> bool:
-        """Whether some layers keep a state of all they read, which no two paths could share."""
-        lib, model = self.lib, self.model
-        return bool(lib.llama_model_is_recurrent(model) or lib.llama_model_is_hybrid(model))
-
-    @property
     def type_name(self) -> str:
         """Type of most weights, such as "BF16"."""
         name = self.lib.llama_ftype_name(self.lib.llama_model_ftype(self.model))

@@ -14,13 +14,13 @@ from typing import Any, Literal
 
 import numpy as np
 
+from goalscope.base.arrays import Array
 from goalscope.base.optional_packages import package
 from goalscope.base.types import Message, ModelError
-from goalscope.models import Array
 from goalscope.models.adapters import read_adapter
 from goalscope.models.hf_tokenizer import chat_tokenizer, tokenizer_file
 from goalscope.models.llama.sampling import Logits, gguf_vocabulary
-from goalscope.models.llama.trie import Trie
+from goalscope.models.llama.trie import Trie, plant
 from goalscope.models.llama.weights import Weights
 from goalscope.models.local import LocalModel, synchronized
 from goalscope.models.scoring import Pair
@@ -85,10 +85,10 @@ class Transformers(LocalModel):
         super().__init__()
         package("torch")
         self._source = Path(os.path.expanduser(model))
-        self._vocabulary: Weights | None = None
+        self.vocabulary = None
         if self._source.suffix == ".gguf":
-            self._vocabulary = Weights(self._source, vocabulary_only=True)
-            self.tokenizer = self._vocabulary.chat_tokenizer
+            self.vocabulary = Weights(self._source, vocabulary_only=True)
+            self.tokenizer = self.vocabulary.chat_tokenizer
         else:
             self.tokenizer = chat_tokenizer(model)
         self._model = model
@@ -99,8 +99,8 @@ class Transformers(LocalModel):
             read = read_adapter(self.adapter, self.network.model.config)
             self.network.adapt(read)
             self.adapter_metadata = read.metadata
-        self.name = self._source.stem if self._vocabulary else self._source.name
-        self._context_size = min(context_size, self.network.trained_on or context_size)
+        self.name = self._source.stem if self.vocabulary else self._source.name
+        self.context_size = min(context_size, self.network.trained_on or context_size)
         kind = self.network.device.type
         self._batch, self._width = _BATCH.get(kind, 512), _WIDTH.get(kind, 512)
         if cache_bytes is None:
@@ -114,16 +114,6 @@ class Transformers(LocalModel):
         self._written: list[int] = []
         self._past: Any = None
         self.tokens_decoded = 0
-
-    @property
-    def context_size(self) -> int:
-        """Most tokens that one pair (context and continuation) may have."""
-        return self._context_size
-
-    @property
-    def vocabulary(self) -> Weights | None:
-        """See `LocalModel.vocabulary`."""
-        return self._vocabulary
 
     @property
     @synchronized
@@ -142,7 +132,7 @@ class Transformers(LocalModel):
         config = self.network.model.config.to_dict()
         config.pop("_name_or_path", None)
         digest.update(json.dumps(config, sort_keys=True, default=str).encode())
-        if self._vocabulary is None:
+        if self.vocabulary is None:
             digest.update(tokenizer_file(self._model).read_bytes())
         if self.adapter is not None:
             digest.update(self.adapter.read_bytes())
@@ -177,8 +167,8 @@ class Transformers(LocalModel):
 
     def guide(self) -> Any:
         """See `LocalModel.guide`."""
-        if self._vocabulary is not None:
-            return gguf_vocabulary(self._vocabulary)
+        if self.vocabulary is not None:
+            return gguf_vocabulary(self.vocabulary)
         import llguidance
 
         size = self.network.vocab_size
@@ -230,7 +220,9 @@ class Transformers(LocalModel):
         self._store.tick()
         results: list[Array] = []
         while len(results) < len(pairs):
-            trie, spots = self._plant(pairs[len(results) :])
+            size = self.network.token_numbers * self.network.dtype.itemsize
+            most = self._store.limit // size if size else self._batch
+            trie, spots = plant(pairs[len(results) :], nodes=most)
             if len(spots) < len(pairs) and not results:
                 for pair in pairs:
                     self._store.path(pair.prompt)  # used now, so not forgotten for one another
@@ -255,21 +247,6 @@ class Transformers(LocalModel):
             f"{self.network.device} has too little memory to run {self.name}. Close other "
             "programs, or use a smaller model, dtype or context size."
         )
-
-    def _plant(self, pairs: Sequence[Pair]) -> tuple[Trie, list[list[tuple[int, int]]]]:
-        """A tree of as many pairs as fit, and for each the nodes with the token to score after."""
-        size = self.network.token_numbers * self.network.dtype.itemsize
-        most = self._store.limit // size if size else self._batch
-        trie = Trie()
-        spots: list[list[tuple[int, int]]] = []
-        for prompt, answer, _ in pairs:
-            path = [*prompt, *answer[:-1]]
-            excess = len(trie) + len(path) - most
-            if spots and excess > 0 and len(trie.match(path)) < excess:
-                break
-            nodes = trie.paths[trie.add(path)][len(prompt) - 1 :]
-            spots.append(list(zip(nodes, answer, strict=True)))
-        return trie, spots
 
     def _logprobs(self, trie: Trie, spots: set[tuple[int, int]]) -> dict[tuple[int, int], float]:
         """Log-probability in nats of each token after its node."""

@@ -14,6 +14,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from goalscope.base.arrays import Flags
 from goalscope.base.optional_packages import package
 from goalscope.base.types import ModelError
 from goalscope.models.adapters import Adapter
@@ -22,7 +23,6 @@ _VOCABULARY_PART = 1 << 14  # entries of the output layer that are widened at on
 _ATTENTION = ("q_proj", "k_proj", "v_proj", "o_proj")
 
 Ints = npt.NDArray[np.int64]
-Flags = npt.NDArray[np.bool_]
 
 
 class Network:

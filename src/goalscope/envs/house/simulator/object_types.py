@@ -150,14 +150,6 @@ def unfit_state(name: str, types: Iterable[str]) -> str:
     return ""
 
 
-_PIECES = {
-    "Apple": "AppleSliced",
-    "Bread": "BreadSliced",
-    "Egg": "EggCracked",
-    "Lettuce": "LettuceSliced",
-    "Potato": "PotatoSliced",
-    "Tomato": "TomatoSliced",
-}
 _USUAL = {"Apple": 3, "Bread": 7, "Egg": 1, "Lettuce": 7, "Potato": 8, "Tomato": 7}
 _BY_ASSET = {
     "Bread": {5: (6, 7, 11, 12), 6: (4, 5, 13, 14, 15, 22, 23, 24), 8: (28, 29, 30),
@@ -165,7 +157,7 @@ _BY_ASSET = {
     "Lettuce": {8: (1, 2, 3, 4, 5, 6, 7, 8, 9, 10)},
     "Potato": {6: tuple(range(21, 31)), 9: tuple(range(11, 21))},
 }  # fmt: skip
-"""Number of pieces, for the numbers of AI2-THOR's assets that differ from the usual one."""
+"""Usual numbers of pieces, and those of AI2-THOR's assets that differ, by the assets' numbers."""
 
 
 def new_object(kind: ObjectType, position: Vec, size: Vec, rotation: float) -> dict[str, Any]:
@@ -214,7 +206,7 @@ def new_floor(width: float, depth: float) -> dict[str, Any]:
 def slices_of(thing: Mapping[str, Any]) -> list[dict[str, Any]]:
     """Metadata of the pieces; the first one of a loaf is its end, a Bread."""
     kind = thing["objectType"]
-    if kind not in _PIECES:
+    if kind not in _USUAL:
         return []
     digits = re.search(r"_(\d{1,4})$", thing["assetId"])
     asset = int(digits[1]) if digits else -1
@@ -223,7 +215,8 @@ def slices_of(thing: Mapping[str, Any]) -> list[dict[str, Any]]:
     width = max((0, 2), key=lambda axis: box_of(thing).size[axis])
     pieces: list[dict[str, Any]] = []
     for number in range(count):
-        name = "Bread" if kind == "Bread" and number == 0 else _PIECES[kind]
+        name = "EggCracked" if kind == "Egg" else f"{kind}Sliced"
+        name = "Bread" if kind == "Bread" and number == 0 else name
         position = list(vec(thing["position"]))
         position[width] += box_of(thing).size[width] * ((number + 0.5) / count - 0.5)
         own = f"{thing['objectId']}|{name}_{number}"

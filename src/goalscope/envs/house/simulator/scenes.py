@@ -40,6 +40,7 @@ from goalscope.envs.house.simulator.state import (
     Scene,
     State,
     Vec,
+    agent_metadata,
     box_metadata,
     box_of,
 )
@@ -142,15 +143,10 @@ def known_scenes() -> dict[str, Callable[[], Scene]]:
     found: dict[str, Callable[[], Scene]] = {
         path.name.partition(".")[0]: lambda path=path: read_scene(path) for path in _kept()
     }
-    return dict(sorted((found | _own()).items()))
-
-
-def _own() -> dict[str, Callable[[], Scene]]:
-    return {
-        entry.name.removesuffix(".toml"): lambda entry=entry: read_room(entry)
-        for entry in (files("goalscope.envs.house") / "data" / "scenes").iterdir()
-        if entry.name.endswith(".toml")
-    }
+    for entry in (files("goalscope.envs.house") / "data" / "scenes").iterdir():
+        if entry.name.endswith(".toml"):
+            found[entry.name.removesuffix(".toml")] = lambda entry=entry: read_room(entry)
+    return dict(sorted(found.items()))
 
 
 def _kept() -> list[Path]:
@@ -385,14 +381,7 @@ def read_room(source: Path | Traversable) -> Scene:
                 room.add(row, f"{label}, object {number}")
     room.connect()
     x, z = given.agent.position
-    agent = {
-        "name": "agent",
-        "position": {"x": x, "y": EYE_HEIGHT, "z": z},
-        "rotation": {"x": 0.0, "y": given.agent.rotation % 360, "z": 0.0},
-        "cameraHorizon": 0.0,
-        "isStanding": True,
-        "inHighFrictionArea": False,
-    }
+    agent = agent_metadata((x, EYE_HEIGHT, z), given.agent.rotation % 360)
     scene = Scene(given.name, tuple(room.objects.values()), agent)
     inside = min(x, z, width - x, depth - z) >= RADIUS
     if not inside or any(box.distance(x, z) < RADIUS for box in State(scene).solids):

@@ -74,6 +74,18 @@ def box_metadata(center: Vec, size: Vec) -> dict[str, Any]:
     return {"cornerPoints": corners, "center": as_dict(center), "size": as_dict(size)}
 
 
+def agent_metadata(position: Vec, yaw: float) -> dict[str, Any]:
+    """An agent that stands and looks ahead, as AI2-THOR tells it."""
+    return {
+        "name": "agent",
+        "position": as_dict(position),
+        "rotation": {"x": 0.0, "y": yaw, "z": 0.0},
+        "cameraHorizon": 0.0,
+        "isStanding": True,
+        "inHighFrictionArea": False,
+    }
+
+
 def box_of(metadata: Mapping[str, Any]) -> Box:
     """The axis-aligned bounding box in an object's metadata."""
     box = metadata["axisAlignedBoundingBox"]
@@ -408,14 +420,7 @@ class State:
                 f"{self.scene.name}: there is no free floor to stand on. Give the scene an agent "
                 "with a position, or move its furniture apart."
             )
-        return {
-            "name": "agent",
-            "position": as_dict(min(free, key=lambda each: math.dist(each, middle))),
-            "rotation": {"x": 0.0, "y": 0.0, "z": 0.0},
-            "cameraHorizon": 0.0,
-            "isStanding": True,
-            "inHighFrictionArea": False,
-        }
+        return agent_metadata(min(free, key=lambda each: math.dist(each, middle)), 0.0)
 
 
 def _may_reach(bounds: Mapping[str, Any], x: float, z: float) -> bool:
