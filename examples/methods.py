@@ -71,11 +71,13 @@ class Hypotheses:
 
 
 def training_cases():
-    """Dialogues whose goal is known: TEACh's training games, in the folder of datasets."""
-    return [
-        (" ".join(turn.utterance for turn in case.turns), case.true_goal.text)
-        for case in read_source("teach:train", None).cases
-    ]
+    """Dialogues whose goal is known: TEACh's training games, each once, in $GOALSCOPE_DATA."""
+    return list(
+        dict.fromkeys(
+            (" ".join(turn.utterance for turn in case.turns), case.true_goal.text)
+            for case in read_source("teach:train", None).cases
+        )
+    )
 
 
 def words(text):

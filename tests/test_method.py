@@ -62,12 +62,21 @@ def test_a_late_goal_has_the_posterior_it_would_have_had_from_the_start() -> Non
     np.testing.assert_allclose(late.belief.probability, right(late))
 
 
-def test_dropping_is_conditioning_until_the_next_turn() -> None:
-    tracker = following(Shares(), [TEA, CAKE, SOUP])
-    whole = dict(tracker.belief.top())
-    tracker.drop([SOUP])
-    for goal, probability in tracker.belief.top():
-        assert probability == pytest.approx(whole[goal] / (1 - whole[SOUP]))
+@pytest.mark.parametrize("out", ["drop", "veto"])
+def test_a_belief_is_the_methods_after_a_goal_has_gone_and_at_the_next_turn(out) -> None:
+    method = Shares()
+    tracker = following(method, [TEA, CAKE, SOUP])
+    if out == "drop":
+        tracker.drop([SOUP])
+    else:
+        tracker.correct("veto", SOUP)
+    for words in ("", "Make it hot."):
+        if words:
+            tracker.observe("And?", words)
+        goals = tracker.belief.goals
+        assert SOUP not in goals
+        expected = method.probabilities(tracker.task, goals, tracker.turns)
+        np.testing.assert_allclose(tracker.belief.probability, expected)
 
 
 def test_a_probability_of_zero_can_rise_again() -> None:

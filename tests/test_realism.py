@@ -6,13 +6,24 @@ import pytest
 
 from fakes import WordModel, said
 from goalscope.agent.people import Habit
-from goalscope.agent.settings import Settings
 from goalscope.base.types import Goal
 from goalscope.datasets.case import Case
 from goalscope.experiment.realism import Talk, prompt_table, realism_table, words_of
 
 TURNS = said("Boil the pasta.", "Which pan?")
 CASE = Case("1", "a", "Help.", TURNS, (Goal("boil pasta"), Goal("fry an egg")), 0)
+
+
+class Heard(WordModel):
+    """Keeps the words that it scores."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.heard: list[list[str]] = []
+
+    def token_logprobs(self, contexts, continuations):
+        self.heard.append([*continuations])
+        return super().token_logprobs(contexts, continuations)
 
 
 def person(kind: str, *turns: str) -> Talk:
@@ -36,14 +47,16 @@ def test_the_distance_is_the_mean_number_of_words_to_move() -> None:
 
 
 def test_who_recites_their_goal_is_seen() -> None:
-    talks = [person("recites", "You boil pasta."), person("hides", "It is late.", "...")]
+    talks = [person("recites", "Boil pasta."), person("hides", "It is late.", "...")]
     _, recites, hides = realism_table(talks, "talks", [CASE]).rows
     assert (recites["goal's words"].value, hides["goal's words"].value) == (1.0, 0.0)
 
 
 def test_each_prompt_is_scored_on_the_same_real_words() -> None:
-    rows = prompt_table("talks", [CASE], WordModel()).rows
+    model = Heard()
+    rows = prompt_table("talks", [CASE], model).rows
     assert [row["person"] for row in rows] == ["simulated", *typing.get_args(Habit)]
+    assert model.heard == [[turn.utterance for turn in TURNS]] * len(rows)
     assert all(row["dialogues"] == 1 and row["nats per word"].value > 0 for row in rows)
 
 
@@ -57,9 +70,3 @@ def test_a_prompt_that_holds_the_words_makes_them_likelier() -> None:
 
 def test_words_are_counted_without_marks() -> None:
     assert words_of("I'd like 2 eggs - no, three!") == ["i'd", "like", "2", "eggs", "no", "three"]
-
-
-def test_every_habit_can_be_simulated() -> None:
-    hints = typing.get_type_hints(Settings)["human"]
-    known = {name for part in typing.get_args(hints) for name in typing.get_args(part) or (part,)}
-    assert {*typing.get_args(Habit)} <= known

@@ -108,7 +108,7 @@ def test_differences_pair_profiles() -> None:
     assert score["difference"] == Estimate(0.5, None, "percent")  # equal in both
     assert score["p"] == 0.5  # two pairs cannot show more
     assert score["p (Holm)"] == 1  # twice as much, for two comparisons
-    assert "the comparisons of this table, 2." in table.notes[0]
+    assert "the comparisons of this table, 2." in table.notes[1]
     judged = row(table, "judge score")
     assert (judged["pairs"], judged["difference"]) == (1, Estimate(0.5, None, "percent"))
     assert judged["p"] == 1

@@ -1,6 +1,8 @@
 """A trace holds what models were asked and answered, and answers in their place."""
 
 import json
+import subprocess
+import sys
 from itertools import groupby
 from pathlib import Path
 
@@ -10,7 +12,7 @@ import pytest
 from commands import fails, run
 from fakes import LampRoom, WordModel
 from goalscope.agent.agent import Agent
-from goalscope.base.types import InvalidInputError, Message
+from goalscope.base.types import InvalidInputError, Message, UnreadableAnswerError
 from goalscope.belief.tracker import GoalTracker
 from goalscope.models.trace import during, read_trace, traced, tracing
 from test_paper import answers, paper, spoken
@@ -172,7 +174,7 @@ def test_an_episode_runs_again_with_a_module_swapped(tmp_path: Path, words, shop
     file, out = tmp_path / "a.jsonl", tmp_path / "b.jsonl"
     told = ["--profile", "baker", *shop, "--rounds", "2", "--store", str(tmp_path / "s.db")]
     assert run("run", *told, "--trace", str(file)).exit_code == 0
-    again = run("trace", str(file), "--swap", "plan", "--out", str(out))
+    again = run("trace", str(file), "--swap", "read", "--out", str(out))
     assert again.exit_code == 0, again.output
 
     def utterances(file: Path) -> list[str]:
@@ -181,8 +183,39 @@ def test_an_episode_runs_again_with_a_module_swapped(tmp_path: Path, words, shop
     assert utterances(out) == utterances(file) != []
     answered = {each["module"] for each in lines(out) if "answer" in each}
     asked = {each["module"] for each in lines(out) if "time" in each and "answer" not in each}
-    assert "read" in answered
-    assert asked <= {"plan"}
+    assert asked == {"read"}
+    assert "read" not in answered != set()
+    assert "exists" in fails(2, "trace", str(file), "--swap", "read", "--out", str(out))
+    assert run("run", *told, "--trace", str(file)).exit_code == 0
+    ids = [each["id"] for each in lines(file) if each["event"] == "episode"]
+    more = tmp_path / "c.jsonl"
+    assert "--episode" in fails(2, "trace", str(file), "--swap", "read", "--out", str(more))
+    chosen = ["--swap", "read", "--out", str(more), "--episode", ids[1]]
+    assert run("trace", str(file), *chosen).exit_code == 0
+    assert utterances(more) == utterances(out)
+
+
+def test_a_call_that_failed_fails_again(file: Path) -> None:
+    class Failing(Away):
+        @traced
+        def generate(self, messages, **settings):
+            raise UnreadableAnswerError("It was cut off.")
+
+    with tracing(file), pytest.raises(UnreadableAnswerError):
+        Failing().generate(HELLO)
+    with tracing(None, read_trace(file)), pytest.raises(UnreadableAnswerError, match="cut off"):
+        Away().generate(HELLO)
+    assert "failed: It was cut off." in run("trace", str(file)).stdout
+
+
+def test_a_worker_traces_until_it_ends(file: Path) -> None:
+    code = (
+        "import gc, sys; from pathlib import Path; from goalscope.experiment import run; "
+        "from goalscope.models import trace; run._begin(1, Path(sys.argv[1])); "
+        "gc.collect(); trace.note('round')"
+    )
+    subprocess.run([sys.executable, "-c", code, str(file)], check=True)
+    assert [each["event"] for each in read_trace(file)] == ["round"]
 
 
 @pytest.mark.parametrize(

@@ -122,6 +122,11 @@ class Agent:
         if not (hasattr(k, "__index__") and k >= 1):
             raise InvalidInputError(f"k must be a whole number, 1 or more, not {k!r}")
         if not isinstance(method, str):
+            if likelihood or calibration:
+                raise InvalidInputError(
+                    "A method of one's own makes the probabilities: leave out likelihood and "
+                    "calibration."
+                )
             method, likelihood = "good", implied(method)
         if method not in get_args(Ablation):
             raise InvalidInputError(

@@ -46,6 +46,8 @@ HABITS: Mapping[Habit, str] = {
 }
 """What the model that plays a person is told of their habit."""
 
+_HEAT = 0.7
+"""Temperature of the replies of a person with a seed."""
 _REPLY = 80
 """Token limit of a reply."""
 
@@ -186,7 +188,7 @@ class ScriptedHuman:
     def reply(self, query: str, turns: Sequence[Turn], status: str) -> str:
         """The reply for this round."""
         replies = self.profile.replies
-        said = sum(turn.utterance not in (AGREES, DECLINES) for turn in turns)
+        said = sum(not turn.query.endswith(CONFIRM) for turn in turns)
         if consent := consents(query, self.env, done=said >= len(replies)):
             return consent
         return replies[said] if said < len(replies) else completion_phrase(self.env)
@@ -199,7 +201,7 @@ class SimulatedHuman:
         model: Plays them.
         profile: Who they are.
         env: Where they are.
-        seed: Of the model's replies.
+        seed: Of the model's replies; 0 for the likeliest words, as in the paper.
         habit: How they speak; see `HABITS`.
     """
 
@@ -236,6 +238,10 @@ class SimulatedHuman:
             status=status,
         )
         reply = self.model.generate(
-            prompt, max_tokens=_REPLY, stop=("\n",), seed=self.seed + len(turns)
+            prompt,
+            max_tokens=_REPLY,
+            temperature=_HEAT if self.seed else 0.0,
+            stop=("\n",),
+            seed=self.seed + len(turns),
         )
         return " ".join(reply.text.split()).strip('" ') or completion_phrase(self.env)

@@ -58,7 +58,8 @@ class Implied:
 
     def __init__(self, method: Method) -> None:
         self.method = method
-        self._known: dict[tuple[tuple[Goal, ...], int], tuple[tuple[Turn, ...], Array]] = {}
+        self.model = method
+        self._known: dict[tuple[str, tuple[Goal, ...], int], tuple[tuple[Turn, ...], Array]] = {}
 
     def log_likelihood(
         self, task: str, goals: Sequence[Goal], turns: Sequence[Turn], *, since: int = 0
@@ -72,7 +73,7 @@ class Implied:
         """[G] log-probabilities after these turns; uniform before any."""
         if not (goals and turns):
             return np.zeros(len(goals))
-        key = (*goals,), len(turns)
+        key = task, (*goals,), len(turns)
         said, known = self._known.get(key, ((), np.zeros(0)))
         if said != (*turns,):
             known = np.log(np.maximum(_asked(self.method, task, goals, turns), LEAST))

@@ -158,12 +158,14 @@ class GoalTracker:
         return self._add(added)
 
     def _add(self, added: Sequence[Goal]) -> Belief:
-        belief = self.belief.add(added, lambda new: self._scored(new, self.turns))
-        if added and getattr(self.likelihood, "joint", False):
-            table = self._scored(belief.goals, self.turns)
-            belief = replace(belief, log_likelihood=table)
+        return self._among(self.belief.add(added, lambda new: self._scored(new, self.turns)))
+
+    def _among(self, belief: Belief) -> Belief:
+        """Take a belief over other goals; evidence that depends on all of them is made again."""
+        if belief.goals != self.belief.goals and getattr(self.likelihood, "joint", False):
+            belief = replace(belief, log_likelihood=self._scored(belief.goals, self.turns))
         self.belief = belief
-        return self.belief
+        return belief
 
     @during(module="infer")
     def _scored(self, goals: Sequence[Goal], turns: Sequence[Turn], *, since: int = 0) -> Array:
@@ -192,8 +194,7 @@ class GoalTracker:
                 raise InvalidInputError(
                     f"There is no goal {goal.text!r} to drop; {self._nearest(goal)}"
                 )
-        self.belief = self.belief.drop(gone)
-        return self.belief
+        return self._among(self.belief.drop(gone))
 
     @_synchronized
     def pin(self, goal: str | Goal) -> Belief:
@@ -252,7 +253,7 @@ class GoalTracker:
             self.pin(kept)
             changes.append(GoalChange("pinned", kept, "you confirmed it"))
         if correction == "veto" or (correction == "reword" and changes[-1].goal != named):
-            self.belief = self.belief.rule_out(named)
+            self._among(self.belief.rule_out(named))
             reason = "you ruled it out" if correction == "veto" else "you said it in other words"
             changes.append(GoalChange("removed", named, reason, final=True))
         return changes

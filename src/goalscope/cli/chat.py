@@ -167,7 +167,18 @@ def run(
         str | None, typer.Option(metavar="NAME|all", help="The person to simulate.")
     ] = None,
     human: Annotated[
-        Literal["scripted", "simulated", "terse", "distracted", "changes-mind", "volunteers-late"],
+        Literal[
+            "scripted",
+            "simulated",
+            "terse",
+            "distracted",
+            "changes-mind",
+            "volunteers-late",
+            "forgets",
+            "drifts",
+            "tells-little",
+            "bluffs",
+        ],
         typer.Option(help="Fixed replies, or replies by a model, optionally with a habit."),
     ] = "scripted",
     profiles: Annotated[Path | None, typer.Option(help="TOML file with your own people.")] = None,

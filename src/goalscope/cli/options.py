@@ -219,11 +219,12 @@ def _check_effects(given: dict[str, Any], domain: str) -> None:
     if given["unity"] and given["simulator"] != "thor":
         raise InvalidInputError("--unity needs --simulator thor.")
     method = given["method"]
-    for name in ("likelihood", "layout", "calibration", "propose"):
+    own = ":" in method
+    for name in ("likelihood", "layout", "calibration", *(() if own else ("propose",))):
         if method != "good" and given[name]:
+            why = "makes its own probabilities" if own else "computes no evidence"
             raise InvalidInputError(
-                f"--{name} only applies to the method 'good'; {method!r} computes no evidence. "
-                "Leave it out."
+                f"--{name} only applies to the method 'good'; {method!r} {why}. Leave it out."
             )
     if method == "no-goals" and given["k"]:
         raise InvalidInputError(

@@ -24,6 +24,9 @@ def trace(
         list[str] | None, typer.Option(help="Show only this module; repeatable.")
     ] = None,
     round: Annotated[int | None, typer.Option(min=1, help="Show only this round.")] = None,
+    episode: Annotated[
+        str | None, typer.Option(metavar="ID", help="Use only the episode whose id begins so.")
+    ] = None,
     full: Annotated[
         bool, typer.Option("--full", help="Show each prompt and answer whole.")
     ] = False,
@@ -57,10 +60,16 @@ def trace(
             )
     if len(files) > 2:
         raise InvalidInputError("Name one trace, or two to tell apart.")
-    lines = read_trace(files[0])
+
+    def of_episode(line: Line) -> bool:
+        return not episode or (line.get("id") or line["episode"]).startswith(episode)
+
+    lines = [*filter(of_episode, read_trace(files[0]))]
     if swap:
         if len(files) > 1 or out is None:
             raise InvalidInputError("--swap takes one trace, and writes another: add --out FILE.")
+        if out.exists():
+            raise InvalidInputError(f"{out} exists. Name another file with --out.")
         names = model_names(model, generator, scorer, tokenizer, adapter)
         _run_again(lines, swap, out, {key: name for key, name in names.items() if name})
         return
@@ -70,7 +79,9 @@ def trace(
 
     shown = [*filter(chosen, lines)]
     if len(files) == 2:
-        _compare(shown, [*filter(chosen, read_trace(files[1]))], as_json=as_json)
+        _compare(
+            shown, [*filter(chosen, filter(of_episode, read_trace(files[1])))], as_json=as_json
+        )
     elif as_json:
         print(json.dumps(shown))
     elif any(line["event"] in ("model", "score") for line in shown):
@@ -111,10 +122,13 @@ def _show(lines: Sequence[Line], *, full: bool) -> None:
 
 def _compare(one: Sequence[Line], other: Sequence[Line], *, as_json: bool) -> None:
     """Print the first call that differs, and how many of each module do."""
+    from goalscope.models.trace import TRACED_MODULES
+
     ours, theirs = _placed(one), _placed(other)
     calls, differ = Counter[str](), Counter[str]()
     first: tuple[Line | None, Line | None] | None = None
-    for place in sorted({*ours, *theirs}, key=lambda each: (each[0], each[2])):
+    order = {name: i for i, name in enumerate(("", *TRACED_MODULES))}
+    for place in sorted({*ours, *theirs}, key=lambda each: (each[0], order[each[1]], each[2])):
         a, b = ours.get(place), theirs.get(place)
         same = bool(a and b and (a["input"], _answer(a)) == (b["input"], _answer(b)))
         calls[place[1]] += 1
@@ -152,6 +166,8 @@ def _chat(line: Line) -> str:
 
 def _answer(line: Line) -> str:
     """What was written, or the words that were scored, with their nats."""
+    if "error" in line:
+        return f"failed: {line['error']}"
     output = line["output"]
     if line["event"] == "model":
         return output["completion"]
@@ -173,14 +189,20 @@ def _run_again(
     from goalscope.storage.session import Session
     from goalscope.storage.store import Store
 
-    begun = next((line for line in lines if line["event"] == "episode"), None)
-    if begun is None:
-        raise InvalidInputError("The trace has no episode that could be run again.")
+    begun = [line for line in lines if line["event"] == "episode"]
+    if len(begun) != 1:
+        ids = ", ".join(line["id"] for line in begun) or "none"
+        raise InvalidInputError(
+            f"One episode is run again; name it with --episode. The trace has: {ids}."
+        )
     said = [line["utterance"] for line in lines if line["event"] == "round"]
-    before = settings_of(begun["settings"])
+    try:
+        before = settings_of(begun[0]["settings"])
+    except TypeError as error:
+        raise InvalidInputError(f"The trace is of another version of goalscope: {error}.") from None
     human = before.human if "human" in swap else "you"
     settings = replace(before, human=human, rounds=len(said), **names)
-    name = begun["profile"]
+    name = begun[0]["profile"]
     profile = profile_named(settings, name) if name else None
     with (
         settings_model(settings) as engine,
@@ -189,8 +211,13 @@ def _run_again(
         tracing(out, lines, swap),
     ):
         words = iter(said)
-        session = Session(store, settings, env, engine, profile=name, read=lambda _: next(words))
-        session.agent.episode = begun["id"]
+
+        def repeat(_: str) -> str:
+            for each in words:
+                return each
+            raise InvalidInputError("The trace has no further words of the person.")
+
+        session = Session(store, settings, env, engine, profile=name, read=repeat)
         for round in session.run():
             say(f"Round {round.number}: {pluralize(len(round.results), 'action')}", "dim")
         show_summary(console(), session.info)

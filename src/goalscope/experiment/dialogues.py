@@ -34,6 +34,7 @@ from goalscope.experiment.summary import (
     difference_note,
     difference_rows,
     rows_of,
+    short_names,
     slug,
 )
 
@@ -260,7 +261,11 @@ def dialogue_table(sample: Sample) -> Table:
 
 def dialogue_differences(sample: Sample) -> Table:
     """goalscope, and each method of one's own, minus each other predictor after the last turn."""
-    predictors = predictors_of(sample)
+    predictors = [
+        each
+        for each in predictors_of(sample)
+        if each not in SEEN.values() and after_turn(sample, each, None)
+    ]
     own = [each for each in predictors if each == GOALSCOPE or each not in PREDICTORS]
     pairs = dict.fromkeys(
         (one, other)
@@ -275,7 +280,11 @@ def dialogue_differences(sample: Sample) -> Table:
         for one, other in pairs
     )  # fmt: skip
     title = f"Differences between predictors: {sample.title}, {number_of(sample)}"
-    note = "After the last turn, over groups of dialogues that share people."
+    note = (
+        "After the last turn. A pair is a group of dialogues that share people, whose mean counts "
+        "once however many there are; so a difference may be another than that of the figures of "
+        "the predictors, which are means over dialogues."
+    )
     return Table(f"differences-{sample.name}", title, rows, (note, difference_note(rows)))
 
 
@@ -335,6 +344,7 @@ def _settings(spec: Mapping[str, Any]) -> dict[str, Any]:
 def _records(cells: Sequence[Measured]) -> Iterator[Record]:
     """Score the belief of each predictor."""
     known = {result["seen"] for _, result in cells if result.get("seen") is not None}
+    names = short_names({name for _, result in cells for name in result.get("methods", {})})
     for cell in cells:
         spec, result = cell
         goals, turns = len(spec["case"]["goals"]), len(spec["case"]["turns"])
@@ -347,12 +357,9 @@ def _records(cells: Sequence[Measured]) -> Iterator[Record]:
                 yield from _scored(SEEN[result["seen"]], cell, role_play(result, own))
         answers = result.get("outright") or ()
         yield from _scored(OUTRIGHT, cell, [outright_belief(each, goals) for each in answers])
+        own = {names[name]: each for name, each in result.get("methods", {}).items()}
         listed = {LETTERS: result.get("letters")}
-        for name, beliefs in {
-            **result.get("fitted", {}),
-            **result.get("methods", {}),
-            **listed,
-        }.items():
+        for name, beliefs in {**result.get("fitted", {}), **own, **listed}.items():
             yield from _scored(name, cell, np.array(beliefs or []))
     for predictor in (GOALS_ALONE, *SIMILARITIES):
         likes = [(cell, table) for cell in cells if (table := likeness(cell, predictor)).size]

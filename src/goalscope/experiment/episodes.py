@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from collections import Counter
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import asdict, dataclass
 from itertools import combinations, product
@@ -36,6 +35,7 @@ from goalscope.experiment.summary import (
     mean,
     percent,
     rows_of,
+    short_names,
     slug,
 )
 
@@ -258,9 +258,8 @@ def _method_names(runs: Sequence[Cell]) -> dict[str, str]:
     for run in runs:
         method, own = (run.spec["settings"].get(key) for key in ("method", "likelihood"))
         found[run.key] = own if own and method == "good" else method
-    short = {name: Path(name).name for name in found.values()}
-    taken = Counter(short.values())
-    return {key: short[name] if taken[short[name]] == 1 else name for key, name in found.items()}
+    short = short_names(found.values())
+    return {key: short[name] for key, name in found.items()}
 
 
 def _plain_mean(name: str) -> Columns:

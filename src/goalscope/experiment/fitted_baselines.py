@@ -20,7 +20,7 @@ from goalscope.base.arrays import Array
 from goalscope.base.inputs import shown
 from goalscope.base.stats import log_softmax
 from goalscope.base.types import Goal, InvalidInputError, Turn, pluralize
-from goalscope.datasets.case import Case, case_to_json, said_key
+from goalscope.datasets.case import Case, case_to_json
 from goalscope.datasets.goal_sets import chance
 from goalscope.datasets.sources import read_source
 from goalscope.experiment.baselines import TEMPERATURES, needed, so_far, temperature_losses
@@ -70,15 +70,19 @@ def check_unseen(judged: Sequence[Case], training: Sequence[Case]) -> None:
     """Refuse to fit a baseline on a dialogue that is to judge it.
 
     Raises:
-        InvalidInputError: The same words are in both.
+        InvalidInputError: The same words are in both, but for case and spaces.
     """
-    learned = {said_key(case.turns) for case in training}
-    if both := [case.id for case in judged if said_key(case.turns) in learned]:
+    learned = {_said(case) for case in training}
+    if both := [case.id for case in judged if _said(case) in learned]:
         raise InvalidInputError(
             f"{pluralize(len(both), 'dialogue')} to be judged would also fit the baselines, for "
             f"example {shown(both[0])}. Fit on another split, or on a slice such as "
             "teach:train[100:] that leaves out what is judged."
         )
+
+
+def _said(case: Case) -> str:
+    return " ".join(" ".join(turn.utterance for turn in case.turns).casefold().split())
 
 
 def fitted_on(sources: Sequence[str], folder: str | None, sha256: str) -> Mapping[str, Fitted]:

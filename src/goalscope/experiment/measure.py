@@ -26,7 +26,7 @@ from goalscope.base.types import (
     Profile,
     Turn,
 )
-from goalscope.belief.likelihood import RolePlay, evidence_of
+from goalscope.belief.likelihood import Likelihood, RolePlay, evidence_of
 from goalscope.datasets.case import Case, said_key
 from goalscope.datasets.goal_sets import goal_key
 from goalscope.envs import Environment, Outcome, execute
@@ -65,12 +65,15 @@ _WITH_EFFECT = (
 
 _open: dict[str, ModelSet] = {}
 _fingerprints: dict[str, str] = {}
+_methods: dict[tuple[str, str], Likelihood] = {}
+"""The methods of one's own that a process has made, by their name and the model's."""
 
 
 def opened(model: Mapping[str, Any]) -> ModelSet:
     """The model of a cell, kept open until another one is opened."""
     key = _key(model)
     if key not in _open:
+        _methods.clear()
         for other in list(_open):
             _open.pop(other).close()
         names: dict[str, Any] = {name: model.get(name) for name in MODEL_KEYS}
@@ -250,8 +253,10 @@ def _dialogue(model: ModelSet, spec: Mapping[str, Any]) -> dict[str, Any]:
     result["methods"] = {}
     for name, planned in spec.get("methods", {}).items():
         _check_files(f"{name} has", hashes_of(Settings(method=name)), {"method": planned})
-        evidence = evidence_of(own_likelihood(name, model), case.task, goals, turns)
-        result["methods"][Path(name).name] = log_softmax(evidence.cumsum(axis=0)).tolist()
+        if (key := (name, _key(spec["model"]))) not in _methods:
+            _methods[key] = own_likelihood(name, model)
+        evidence = evidence_of(_methods[key], case.task, goals, turns)
+        result["methods"][name] = log_softmax(evidence.cumsum(axis=0)).tolist()
     return result
 
 

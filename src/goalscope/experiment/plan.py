@@ -350,7 +350,7 @@ def _dialogue_specs(
     own = _own_likelihood(part)
     if part.methods:
         named = [load_own(name, "method") for name in part.methods]
-        own["methods"] = {name: hashes_of(Settings(method=name))["method"] for name in named}
+        own["methods"] = {name: hashes_of(Settings(method=name)).get("method") for name in named}
     sources = tuple(_placed_source(name, Path()) for name in part.fit)
     data = str(folder.absolute()) if folder else None
     training = training_cases(sources, data)
@@ -395,10 +395,11 @@ def _dialogue_specs(
 def _change_specs(
     part: DialoguesPart, round: int, model: Model, folder: Path | None
 ) -> Iterator[dict[str, Any]]:
-    if part.jsonl or part.turns or part.fit or part.goal_sets not in ((), ("random",)):
+    none = (part.jsonl, part.turns, part.fit, part.methods)
+    if any(none) or part.goal_sets not in ((), ("random",)):
         raise InvalidInputError(
             "A change of mind is scripted from the dialogues of a dataset, with random goals "
-            "and turns up to the third after it. Leave out 'jsonl', 'turns', 'fit' and "
+            "and turns up to the third after it. Leave out 'jsonl', 'turns', 'fit', 'methods' and "
             "'goal_sets'."
         )
     own = _own_likelihood(part)

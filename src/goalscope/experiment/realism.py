@@ -9,6 +9,7 @@ from typing import get_args
 
 import numpy as np
 
+from goalscope.agent.guards import CONFIRM
 from goalscope.agent.people import Habit, person_prompt
 from goalscope.base.optional_packages import package
 from goalscope.base.types import GoalscopeError
@@ -23,14 +24,15 @@ from goalscope.experiment.summary import (
     count,
     rows_of,
 )
-from goalscope.models import Roles, model_name
+from goalscope.models import LikelihoodModel, Roles, model_name
 from goalscope.models.opening import ModelSet, model_label
 
 NOTES = (
     "Words: the number in a turn. From real: by how many words, in the mean, each turn would have "
     "to change until lengths are as real people's (Wasserstein distance). Questions: turns with a "
     "question mark. Goal's words: share of a turn's words that stand in what the person is told of "
-    "themselves, or in the real person's goal; who recites it has a high share.",
+    'themselves, or in the real person\'s goal, without words such as "the". Who recites it has a '
+    "high share; what people are told is longer than a goal, so compare them with one another.",
     f"Intervals are 95 %, by a bootstrap over people. {NO_INTERVAL}",
 )
 PROMPT_NOTES = (
@@ -60,16 +62,25 @@ class Talk:
 
 
 def simulated_talks(results: Results) -> list[Talk]:
-    """The talks of the episodes that an experiment measured."""
+    """What models said as people in the episodes that an experiment measured.
+
+    What a profile scripts is left out: scripted people, and answers to requests to confirm.
+    """
     return [
         Talk(
             f"{cell.spec['settings']['human']}, {model_label(cell.spec['model'])}",
             cell.spec["profile"],
             cell.result["description"],
-            tuple(round.turn.utterance for round in results.rounds(cell.result["episode"])),
+            tuple(
+                round.turn.utterance
+                for round in results.rounds(cell.result["episode"])
+                if not round.turn.query.endswith(CONFIRM)
+            ),
         )
         for cell in results.asked_for()
-        if cell.spec["kind"] == "episode" and cell.result
+        if cell.spec["kind"] == "episode"
+        and cell.spec["settings"]["human"] != "scripted"
+        and cell.result
     ]
 
 
@@ -88,7 +99,7 @@ def real_talks(name: str, cases: Iterable[Case]) -> list[Talk]:
 
 def nats_per_word(model: ModelSet, cases: Sequence[Case], habit: Habit | None) -> list[Record]:
     """For each case, how unlikely its turns are by the prompt of a person with a habit."""
-    scorer = model.scorer if isinstance(model, Roles) else model
+    scorer: LikelihoodModel = model.scorer if isinstance(model, Roles) else model
     records: list[Record] = []
     for case in cases:
         contexts = [
@@ -158,7 +169,8 @@ def prompt_table(name: str, cases: Sequence[Case], model: ModelSet) -> Table:
 
 
 def _records(talk: Talk) -> Iterator[Record]:
-    goal = {*words_of(talk.goal)}
+    common = package("sklearn.feature_extraction.text", "Statistics need", GoalscopeError)
+    goal = {*words_of(talk.goal)} - common.ENGLISH_STOP_WORDS
     for text in talk.said:
         words = words_of(text)
         yield {

@@ -7,7 +7,7 @@ import os
 from collections.abc import Callable, Generator, Iterator, Mapping, Sequence
 from concurrent.futures import ProcessPoolExecutor, as_completed
 from concurrent.futures.process import BrokenProcessPool
-from contextlib import closing
+from contextlib import ExitStack, closing
 from dataclasses import dataclass, replace
 from multiprocessing import get_context
 from pathlib import Path
@@ -150,10 +150,13 @@ def _outcomes(
         pool.shutdown(cancel_futures=True)
 
 
+_UNTIL_THE_END = ExitStack()
+
+
 def _begin(threads: int, trace: Path | None) -> None:
     """Set up a process of its own."""
     os.environ.setdefault("OMP_NUM_THREADS", str(threads))
-    tracing(trace).__enter__()  # until the process ends
+    _UNTIL_THE_END.enter_context(tracing(trace))
 
 
 def _attempt(work: Callable[[Any], dict[str, Any]], task: object) -> Outcome:

@@ -228,6 +228,13 @@ def mean_of(records: Iterable[Record], key: str, form: Form = "number") -> Estim
     return averaged([each[key] for each in found], [each["group"] for each in found], form)
 
 
+def short_names(names: Iterable[str]) -> dict[str, str]:
+    """FILE.py:NAME without its folder by the full name, as long as no two share it."""
+    short = {name: Path(name).name for name in names}
+    taken = Counter(short.values())
+    return {name: each if taken[each] == 1 else name for name, each in short.items()}
+
+
 def difference_rows(
     pairs: Iterable[tuple[Row, Sequence[float], Sequence[float], Form]],
 ) -> list[Row]:

@@ -21,7 +21,12 @@ from typing import Any, Literal, TypeVar, cast, get_args
 import numpy as np
 
 from goalscope.base.arrays import Array
-from goalscope.base.types import InvalidInputError, Message
+from goalscope.base.types import (
+    GoalscopeError,
+    InvalidInputError,
+    Message,
+    UnreadableAnswerError,
+)
 from goalscope.models import Completion, model_name
 
 TracedModule = Literal[
@@ -93,7 +98,7 @@ class Trace:
 
     Args:
         file: Where lines are added; None for nowhere.
-        recording: Lines of an earlier trace.
+        recording: Lines of one episode of an earlier trace.
         live: Modules whose calls the models answer all the same.
     """
 
@@ -137,6 +142,9 @@ class Trace:
         if line["module"] not in self._live:
             found = self._recorded.get(_exact(line)) or self._recorded.get(nth)
         start = time.monotonic()
+        if found and "error" in found:
+            self.write({**line, "error": found["error"], **_cost(start, found, line)})
+            raise UnreadableAnswerError(found["error"])
         if found:
             output, usage = found["output"], found["output"]["usage"]
             reply = Completion(
@@ -148,7 +156,11 @@ class Trace:
                 output["margins"] and tuple(output["margins"]),
             )
         else:
-            reply = method(model, messages, **options)
+            try:
+                reply = method(model, messages, **options)
+            except GoalscopeError as error:
+                self.write({**line, "error": str(error), **_cost(start, None, line)})
+                raise
         self.write({
             **line,
             "output": {
@@ -201,7 +213,7 @@ class Trace:
 
     def _nth(self, line: Line) -> tuple[Any, ...]:
         """Where the line stands in its module: it is the nth call of a round."""
-        place = line["episode"], line["round"], line["module"]
+        place = line["round"], line["module"]
         self._counts[place] += 1
         return (*place, self._counts[place])
 
@@ -240,7 +252,8 @@ def read_trace(file: Path) -> list[Line]:
             line = json.loads(row)
             _ = line["event"], line["episode"] + "", line["round"] + 0, line["module"] + ""
             if line["event"] in ("model", "score"):
-                _ = line["time"] + 0.0, line["input"][0]["content"] + "", line["output"].keys()
+                _ = line["time"] + 0.0, line["input"][0]["content"] + ""
+                _ = line.get("error", "") + "" or _output(line)
         except (ValueError, LookupError, TypeError, AttributeError, RecursionError):
             raise InvalidInputError(
                 f"{file}, line {number}, is no line of a trace. `goalscope run --trace FILE` "
@@ -248,6 +261,15 @@ def read_trace(file: Path) -> list[Line]:
             ) from None
         lines.append(line)
     return lines
+
+
+def _output(line: Line) -> object:
+    """What a call gave, which must be there."""
+    given = line["output"]
+    if line["event"] == "score":
+        return line["words"] + "", [each["logprob"] + 0.0 for each in given["logprobs"]]
+    usage = given["usage"]["input_tokens"] + given["usage"]["output_tokens"]
+    return usage, given["completion"] + given["stop_reason"], given["logprob"], given["margins"]
 
 
 def _line(event: str, model: Any, messages: Sequence[Message], *, writing: bool) -> Line:
