@@ -78,7 +78,7 @@ class PromptedWriter:
         shown = recent(self.model, turns, _TURNS)
         prompt = render("prompt_remove", task=task, turns=shown, goals=goals)
         found = self.numbers("remove", len(goals), prompt)
-        reason = "unlikely, unsafe or irrelevant, the model says"
+        reason = "contradicted, irrelevant or unsafe, the model says"
         return [GoalChange("removed", goals[each], reason, final=True) for each in found]
 
     def question(

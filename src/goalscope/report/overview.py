@@ -46,8 +46,9 @@ def _one_belief(rows: Sequence[Row]) -> list[Row]:
 
 
 def _own_methods(rows: Sequence[Row]) -> list[Row]:
-    """A row for each method of one's own after the last turn."""
-    return [row for row in _last(rows) if row["predictor"] not in PREDICTORS]
+    """A row for goalscope and each method of one's own after the last turn; none without these."""
+    own = [row for row in _last(rows) if row["predictor"] not in PREDICTORS]
+    return own and [row for row in _last(rows) if row["predictor"] == GOALSCOPE or row in own]
 
 
 def _after_last_turn(predictors: Collection[str], rows: Sequence[Row]) -> list[Row]:
