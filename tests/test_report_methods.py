@@ -17,7 +17,7 @@ NAMES = {"GOOD", "No Goals", "No Inference"}
 def test_each_measure_has_a_panel_and_each_person_a_row(tmp_path: Path) -> None:
     every, people = drawn(tmp_path, ablation(["anna", "ben", "cleo"], [3.0, 1.0, 2.0], 2))
     for figure in (every, people):
-        panels = {"evaluator's score, %", "state-based score, %", "unwanted things, number"}
+        panels = {"evaluator's score, %", "score, %", "unwanted things, number"}
         assert panels | NAMES <= {*texts(figure)}
     assert (every.name, "n = 3" in " ".join(texts(every))) == ("ablation", True)
     assert {"anna", "ben", "cleo"} <= {*texts(people)}

@@ -364,7 +364,7 @@ def _methods_figure(
     samples = [sample for _, sample, _ in rows]
     judges = dict.fromkeys(by for sample in samples for by in headings_of_judges(sample))
     measures = [(f"evaluator's score{by}, %", f"judge score{by}", 100.0) for by in judges]
-    measures.append(("state-based score, %", "score", 100.0))
+    measures.append(("score, %", "score", 100.0))
     if any("unwanted" in run for sample in samples for run in sample.records):
         measures.append(("unwanted things, number", "unwanted", 1.0))
     methods = methods_of(*samples)
