@@ -259,6 +259,13 @@ def dialogue_table(sample: Sample) -> Table:
     return Table(f"dialogues-{sample.name}", title, rows_of(groups, COLUMNS), notes)
 
 
+MEASURES: tuple[tuple[str, str, Form], ...] = (
+    ("top-1", "top1", "percent"),
+    ("log-loss", "log_loss", "number"),
+)
+"""What is compared: its heading, its key in a record, and how it is shown."""
+
+
 def dialogue_differences(sample: Sample) -> Table:
     """goalscope, and each method of one's own, minus each other predictor after the last turn."""
     predictors = [
@@ -288,26 +295,20 @@ def dialogue_differences(sample: Sample) -> Table:
     return Table(f"differences-{sample.name}", title, rows, (note, difference_note(rows)))
 
 
-MEASURES: tuple[tuple[str, str, Form], ...] = (
-    ("top-1", "top1", "percent"),
-    ("log-loss", "log_loss", "number"),
-)
-"""What is compared: its heading, its key in a record, and how it is shown."""
-
-
-def _group_means(sample: Sample, one: str, other: str, key: str) -> tuple[list[float], ...]:
+def _group_means(sample: Sample, one: str, other: str, key: str) -> tuple[list[float], list[float]]:
     """A measure of two predictors after the last turn, by group of dialogues that both judged."""
-    found: list[dict[str, Record]] = [
+    first, second = (
         {record["case"]["id"]: record for record in after_turn(sample, each, None)}
         for each in (one, other)
-    ]
-    groups: dict[str, list[str]] = {}
-    for id in found[0].keys() & found[1]:
-        groups.setdefault(found[0][id]["group"], []).append(id)
-    return tuple(
-        [fmean(records[id][key] for id in groups[group]) for group in sorted(groups)]
-        for records in found
     )
+    groups: dict[str, list[str]] = {}
+    for id in sorted(first.keys() & second):
+        groups.setdefault(first[id]["group"], []).append(id)
+
+    def means(records: Mapping[str, Record]) -> list[float]:
+        return [fmean(records[id][key] for id in groups[group]) for group in sorted(groups)]
+
+    return means(first), means(second)
 
 
 def by_settings(

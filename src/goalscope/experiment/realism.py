@@ -25,7 +25,7 @@ from goalscope.experiment.summary import (
     rows_of,
 )
 from goalscope.models import LikelihoodModel, Roles, model_name
-from goalscope.models.opening import ModelSet, model_label
+from goalscope.models.opening import model_label
 
 NOTES = (
     "Words: the number in a turn. From real: by how many words, in the mean, each turn would have "
@@ -97,9 +97,11 @@ def real_talks(name: str, cases: Iterable[Case]) -> list[Talk]:
     ]
 
 
-def nats_per_word(model: ModelSet, cases: Sequence[Case], habit: Habit | None) -> list[Record]:
+def nats_per_word(
+    model: LikelihoodModel, cases: Sequence[Case], habit: Habit | None
+) -> list[Record]:
     """For each case, how unlikely its turns are by the prompt of a person with a habit."""
-    scorer: LikelihoodModel = model.scorer if isinstance(model, Roles) else model
+    scorer = model.scorer if isinstance(model, Roles) else model
     records: list[Record] = []
     for case in cases:
         contexts = [
@@ -151,7 +153,7 @@ def realism_table(simulated: Sequence[Talk], name: str, cases: Sequence[Case]) -
     return Table(f"realism-{name}", f"How like real people: {name}", rows, NOTES)
 
 
-def prompt_table(name: str, cases: Sequence[Case], model: ModelSet) -> Table:
+def prompt_table(name: str, cases: Sequence[Case], model: LikelihoodModel) -> Table:
     """How likely the real people's words are by the prompt of each kind of person.
 
     Args:

@@ -185,11 +185,12 @@ class Trace:
         continuations: Sequence[str],
     ) -> list[Array]:
         """The log-probabilities of a model or, where they are known, the recorded ones."""
-        said: Sequence[Line] = _scored.get() or [{}] * len(contexts)
         lines = [
-            _line("score", model, context, writing=False) | {"words": words, **about}
-            for context, words, about in zip(contexts, continuations, said, strict=True)
+            _line("score", model, context, writing=False) | {"words": words}
+            for context, words in zip(contexts, continuations, strict=True)
         ]
+        for line, about in zip(lines, _scored.get(), strict=False):
+            line.update(about)
         known = [self._recorded.get(_exact(line)) for line in lines]
         new = [i for i, found in enumerate(known) if not found]
         start = time.monotonic()
