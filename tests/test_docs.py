@@ -302,10 +302,10 @@ def test_the_figures_of_the_readme_are_those_of_the_results(dialogues: str) -> N
 def test_differences_in_the_readme_are_those_of_the_results() -> None:
     """In the order of README, which tells GOOD minus No Goals for four groups of people."""
     settings = [
-        "grocery, people\\_shop",
-        "grocery, aims\\_test",
-        "house, people\\_house",
-        "grocery, qwen2.5-coder-0.5b-instruct-q4\\_k\\_m, preset paper",
+        "grocery, people\\_shop, scripted human, SmolLM2-135M-Instruct",
+        "grocery, aims\\_test, scripted human, SmolLM2-135M-Instruct",
+        "house, people\\_house, scripted human, SmolLM2-135M-Instruct",
+        "grocery, scripted human, qwen2.5-coder-0.5b-instruct-q4\\_k\\_m",
     ]
     measured = {
         row[1]: tuple(row[5].split(" % "))
