@@ -134,7 +134,7 @@ def test_a_change_makes_cells_of_its_own_kind(tmp_path: Path, teach: Path) -> No
     ("text", "cause"),
     [
         (PART.replace("6", "1"), "'change' must be at least 2"),
-        (PART + "turns = 3", "Leave out 'jsonl', 'turns', 'fit' and 'goal_sets'"),
+        (PART + "turns = 3", "Leave out 'jsonl', 'turns', 'fit', 'methods' and 'goal_sets'"),
         (PART.replace("6", "11"), "No change of mind at round 11 can be scripted"),
     ],
 )

@@ -170,7 +170,7 @@ def test_methods_are_fitted_on_other_dialogues_and_stand_beside_the_others(here)
     ]
     (here / "others.jsonl").write_text("".join(json.dumps(row) + "\n" for row in rows))
     args = ("bench", "dialogues", "--jsonl", "d.jsonl", "--no-outright", "--fit")
-    (found,) = tables(*args, "others.jsonl[2:]").values()
+    found, pairs = tables(*args, "others.jsonl[2:]").values()
     assert {*FITTED_METHODS} <= {row["predictor"] for row in found["rows"]}
     assert any(f"fitted on {here}/others.jsonl[2:]," in note for note in found["notes"])
     cell = cells("dialogues-d")[0]
@@ -180,7 +180,7 @@ def test_methods_are_fitted_on_other_dialogues_and_stand_beside_the_others(here)
         'dialogues = {jsonl = "d.jsonl", outright = false, fit = "others.jsonl[2:]"}'
     )
     again = tables("experiment", "run", "mine/all.toml")
-    assert [table["rows"] for table in again.values()] == [found["rows"]]
+    assert [table["rows"] for table in again.values()] == [found["rows"], pairs["rows"]]
     refusal = fails(2, *args, "d.jsonl")
     assert "2 dialogues to be judged would also fit the baselines, for example 'a'" in refusal
     changed = {**cell.spec, "fit": {**cell.spec["fit"], "sha256": "other"}}

@@ -144,6 +144,7 @@ def same(printed: str, shown: str) -> None:
 @pytest.fixture
 def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     monkeypatch.chdir(tmp_path)
+    monkeypatch.syspath_prepend(tmp_path)
     monkeypatch.setenv("GOALSCOPE_DATA", str(tmp_path / "datasets"))
     (tmp_path / "datasets").mkdir()
     return tmp_path
@@ -161,6 +162,8 @@ def test_what_a_page_shows_runs_and_prints_what_it_says(
             assert READERS[block.title](folder / block.title)
         capsys.readouterr()
         if block.language == "python":
+            if block.title:
+                (folder / block.title).write_text(block.text, encoding="utf-8")
             exec(compile(block.text, str(page), "exec"), names)
         printed = capsys.readouterr().out
         for words, target in shell(block):

@@ -226,7 +226,8 @@ def test_the_summary_has_the_papers_loss_beside_goalscopes_of_each_model(tmp_pat
     ]
     assert {row["n"] for row in beliefs.rows} == {12}
     assert "cells so far" not in beliefs.columns
-    for row, table in zip(beliefs.rows, found.sections[0].tables[1:], strict=True):
+    tables = [each for each in found.sections[0].tables if each.name.startswith("dialogues-")]
+    for row, table in zip(beliefs.rows, tables, strict=True):
         page = {each["predictor"]: each for each in table.rows}
         assert row["log-loss"] == page["goalscope"]["log-loss"]
         assert row["Eq. 1: log-loss"] == page["goalscope, Eq. 1"]["log-loss"]
