@@ -25,8 +25,8 @@ import tokenizers
 import torch
 import transformers
 
-from goalscope.models import torch_network
 from goalscope.models.scoring import Pair
+from goalscope.models.torch import network as torch_network
 from goalscope.models.torch.model import Transformers
 
 ROUND = 10
