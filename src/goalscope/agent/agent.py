@@ -14,7 +14,7 @@ from goalscope.agent.people import FALLBACK, OPENING, Human, ask, completes, que
 from goalscope.agent.planner import Outcome, Want, replay
 from goalscope.agent.round import Round, retracted
 from goalscope.agent.telling import done_in_words, notes_of
-from goalscope.agent.toolkit import Preset, Toolkit, toolkit_of
+from goalscope.agent.toolkit import Preset, Toolkit, is_paper, toolkit_of
 from goalscope.agent.writer import Recalling, Writer
 from goalscope.base.types import (
     UNSPECIFIED,
@@ -132,8 +132,8 @@ class Agent:
             raise InvalidInputError(
                 f'method must be "good", "no-goals" or "no-inference", not {method!r}'
             )
+        self._is_paper = is_paper(preset)
         self.toolkit = toolkit or toolkit_of(model, preset=preset)
-        self._is_paper = preset == "paper"
         self.k = k if method == "good" else 1
         self.reader = reader or reader_of(
             model, env.verbs, task=env.task, examples=examples_of(env.verbs)

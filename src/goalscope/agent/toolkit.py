@@ -56,6 +56,17 @@ class Toolkit:
     asker: Asker
 
 
+def is_paper(preset: Preset | None) -> bool:
+    """Whether the preset is the paper's.
+
+    Raises:
+        InvalidInputError: There is no such preset.
+    """
+    if preset not in (None, "paper"):
+        raise InvalidInputError(f'preset must be "paper" or None, not {preset!r}')
+    return preset == "paper"
+
+
 def toolkit_of(
     model: Model, prompted: Collection[Module] = (), *, preset: Preset | None = None
 ) -> Toolkit:
@@ -69,12 +80,11 @@ def toolkit_of(
     Raises:
         InvalidInputError: The model does not write, or there is no such preset.
     """
-    if preset not in (None, "paper"):
-        raise InvalidInputError(f'preset must be "paper" or None, not {preset!r}')
-    prompted = MODULES if preset else prompted
+    paper = is_paper(preset)
+    prompted = MODULES if paper else prompted
     by_prompt = PromptedWriter(model)
     writer = Writer(model.writer) if isinstance(model, Roles) and model.writer else None
-    planner = PromptedPlanner(by_prompt, guarded=not preset)
+    planner = PromptedPlanner(by_prompt, guarded=not paper)
     return Toolkit(
         proposer=writer if writer and "propose" not in prompted else by_prompt,
         remover=by_prompt if "remove" in prompted else None,

@@ -27,18 +27,19 @@ from goalscope.experiment.summary import (
 from goalscope.models import LikelihoodModel, Roles, model_name
 from goalscope.models.opening import model_label
 
+_INTERVALS = f"Intervals are 95 %, by a bootstrap over people. {NO_INTERVAL}"
 NOTES = (
     "Words: the number in a turn. From real: by how many words, in the mean, each turn would have "
     "to change until lengths are as real people's (Wasserstein distance). Questions: turns with a "
     "question mark. Goal's words: share of a turn's words that stand in what the person is told of "
     'themselves, or in the real person\'s goal, without words such as "the". Who recites it has a '
     "high share; what people are told is longer than a goal, so compare them with one another.",
-    f"Intervals are 95 %, by a bootstrap over people. {NO_INTERVAL}",
+    _INTERVALS,
 )
 PROMPT_NOTES = (
     "How unlikely the real people's turns are by the prompt that plays this person, who is told "
     "the real goal, after the real talk so far. The fewer nats, the more like real people.",
-    f"Intervals are 95 %, by a bootstrap over people. {NO_INTERVAL}",
+    _INTERVALS,
 )
 
 _WORD = re.compile(r"[^\W_]+(?:['-][^\W_]+)*")

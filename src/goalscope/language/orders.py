@@ -175,7 +175,12 @@ def order_from_json(data: object) -> Order:
     if isinstance(data, dict):
         names = {field.name.rstrip("_"): field.name for field in fields(Order)}
         given = cast("dict[str, object]", data)
-        data = {names.get(key, key): each for key, each in given.items() if each is not None}
+        for key in given:
+            if key not in names:
+                raise InvalidInputError(
+                    f"An order has no key {key!r}. The keys are: {', '.join(names)}."
+                )
+        data = {names[key]: each for key, each in given.items() if each is not None}
     order = validated(data, Order, "An order")
     if not order.do:
         raise InvalidInputError('An order needs a verb under the key "do".')
