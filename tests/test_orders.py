@@ -89,6 +89,11 @@ def test_what_is_no_json_order_is_refused(data):
         order_from_json(data)
 
 
+def test_a_broken_character_reads_back():
+    order = Order("add", "milk", why="\ud800")
+    assert order_from_json(order_to_json(order)) == order
+
+
 def test_null_is_absent():
     assert order_from_json({"do": "add", "what": "milk", "unit": None}) == Order("add", "milk")
 

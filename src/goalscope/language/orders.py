@@ -10,9 +10,9 @@ from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, fields, replace
 from functools import cache
 from importlib.resources import files
-from typing import cast
+from typing import Any, cast
 
-from goalscope.base.inputs import read_table, validated
+from goalscope.base.inputs import read_table
 from goalscope.base.types import InvalidInputError
 
 SLOTS = ("what", "quantity", "for", "where", "if", "why")
@@ -172,19 +172,25 @@ def order_from_json(data: object) -> Order:
     Raises:
         InvalidInputError: It is no such object; names the wrong key.
     """
-    if isinstance(data, dict):
-        names = {field.name.rstrip("_"): field.name for field in fields(Order)}
-        given = cast("dict[str, object]", data)
-        for key in given:
-            if key not in names:
-                raise InvalidInputError(
-                    f"An order has no key {key!r}. The keys are: {', '.join(names)}."
-                )
-        data = {names[key]: each for key, each in given.items() if each is not None}
-    order = validated(data, Order, "An order")
-    if not order.do:
+    if not isinstance(data, dict):
+        raise InvalidInputError(f"An order must be an object, not {data!r}.")
+    names = {field.name.rstrip("_"): field.name for field in fields(Order)}
+    values: dict[str, Any] = {}
+    for key, value in cast("dict[str, Any]", data).items():
+        if key not in names:
+            raise InvalidInputError(
+                f"An order has no key {key!r}. The keys are: {', '.join(names)}."
+            )
+        if value is None:
+            continue
+        if isinstance(value, bool) or not isinstance(
+            value, (int, float) if key == "quantity" else str
+        ):
+            raise InvalidInputError(f"{key} of an order cannot be {value!r}.")
+        values[names[key]] = float(value) if key == "quantity" else value
+    if not values.get("do"):
         raise InvalidInputError('An order needs a verb under the key "do".')
-    return order
+    return Order(**values)
 
 
 def orders_to_text(orders: Iterable[Order]) -> str:
