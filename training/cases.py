@@ -5,6 +5,10 @@ python training/cases.py OUT.jsonl FOLDER... [--asides corpus/reading/train]
 `goalscope fit` and `goalscope bench dialogues --jsonl` read the file. Beside the true goal stand 19
 wrong ones: drawn from all of its domain, or from those that are nearest to it in meaning.
 
+Desks of corpus/changes become what was said there first (`--said`), or dialogues in which the goal
+changes, or does not. Each is drawn twice: among the desk's six goals, and among three to twenty,
+some of other desks. Goals are worded as labels, as sentences, or some of each.
+
 With `--asides` half of the scenarios go on: the person asks for things that the aim calls for, and
 says what tells nothing of it ("Perfect, thanks", "buy it"), taken from messages of that corpus.
 """
@@ -24,7 +28,7 @@ import numpy as np
 
 from goalscope.agent.people import FALLBACK, OPENING
 from goalscope.agent.settings import Settings
-from goalscope.base.types import Turn
+from goalscope.base.types import Goal, Turn, distinct
 from goalscope.datasets.case import Case, write_cases
 from goalscope.datasets.goal_sets import chance, draw
 from goalscope.envs.house import HomeRobot
@@ -122,18 +126,80 @@ def talk(points: list[dict[str, Any]]) -> Iterator[Told]:
     yield Told(row["talk"], row["talk"], row["domain"], turns, goals[-1])
 
 
+def rows(folder: Path) -> Iterator[dict[str, Any]]:
+    """The rows of a folder's files."""
+    for file in sorted(folder.glob("*.jsonl")):
+        for line in file.read_text(encoding="utf-8").splitlines():
+            yield json.loads(line)
+
+
 def read(folder: Path, asides: Mapping[str, Sequence[str]]) -> Iterator[Told]:
     """What the files of a folder tell."""
     talks: dict[str, list[dict[str, Any]]] = defaultdict(list)
-    for file in sorted(folder.glob("*.jsonl")):
-        for line in file.read_text(encoding="utf-8").splitlines():
-            row = json.loads(line)
-            if "aim" in row:
-                yield from scenarios(row, row["said"], row["needed"], asides)
-            else:
-                talks[row["talk"]].append(row)
+    for row in rows(folder):
+        if "aim" in row:
+            yield from scenarios(row, row["said"], row["needed"], asides)
+        elif "talk" in row:
+            talks[row["talk"]].append(row)
     for points in talks.values():
         yield from talk(points)
+
+
+def desk_cases(desks: Sequence[Mapping[str, Any]], *, said: bool) -> Iterator[Case]:
+    """What was said at desks whose goals are known turn by turn, or first words alone."""
+    for desk in desks:
+        writer = desk["id"].partition("-")[0]
+        others = [
+            goal for each in desks for goal in each["goals"]
+            if each["id"] != desk["id"] and each["id"].partition("-")[0] == writer
+        ]  # fmt: skip
+        for number, (turns, truths) in enumerate(_at(desk, said=said), 1):
+            for draw_ in ("own", "others"):
+                id = f"{desk['id']}-{number} {draw_}"
+                rng = chance(1, id)
+                true = {each for each in truths if each is not None}
+                wrong = [n for n in range(len(desk["goals"])) if n not in true]
+                ways = [desk["goals"][n] for n in [*true, *wrong]]
+                if draw_ == "others":
+                    kept = rng.randint(1, len(wrong))
+                    ways = [desk["goals"][n] for n in [*true, *rng.sample(wrong, kept)]]
+                    least = max(0, 3 - len(ways))
+                    ways += rng.sample(others, rng.randint(least, GOALS - len(ways)))
+                style = rng.choice((0, 0, 1, 1, 2, None))
+                goals = distinct(
+                    Goal(way[rng.randrange(3) if style is None else style]) for way in ways
+                )
+                if len(goals) < len(ways):
+                    continue
+                places = {each: place for place, each in enumerate(true)} | {None: None}
+                order = rng.sample(range(len(goals)), len(goals))
+                now = {None: None} | {place: order.index(place) for place in range(len(goals))}
+                found = tuple(now[places[each]] for each in truths)
+                support = tuple(goals[place] for place in order)
+                changes = len({*found}) > 1 or None in found
+                yield Case(
+                    id, desk["id"], desk["task"], turns, support, found[-1],
+                    found if changes else (),
+                )  # fmt: skip
+
+
+def _at(
+    desk: Mapping[str, Any], *, said: bool
+) -> Iterator[tuple[tuple[Turn, ...], list[int | None]]]:
+    """Turns, and the index of the true goal after each."""
+    if said:
+        for each in desk["said"]:
+            yield (Turn(OPENING, each["utterance"]),), [each["true"]]
+        return
+    for each in desk["dialogues"]:
+        queries = [
+            turn["query"] or (FALLBACK if n else OPENING) for n, turn in enumerate(each["turns"])
+        ]
+        yield (
+            tuple(Turn(query, turn["utterance"])
+                  for query, turn in zip(queries, each["turns"], strict=True)),
+            each["true"],
+        )  # fmt: skip
 
 
 def cases(told: list[Told]) -> Iterator[Case]:
@@ -169,11 +235,13 @@ def main() -> None:
     parser.add_argument("out", type=Path)
     parser.add_argument("folder", type=Path, nargs="+")
     parser.add_argument("--asides", type=Path)
+    parser.add_argument("--said", action="store_true")
     asked = parser.parse_args()
     asides = telling_nothing(asked.asides) if asked.asides else {}
     told = [each for folder in asked.folder for each in read(folder, asides)]
+    desks = [row for folder in asked.folder for row in rows(folder) if "desk" in row]
     asked.out.parent.mkdir(parents=True, exist_ok=True)
-    write_cases(cases(told), asked.out)
+    write_cases([*cases(told), *desk_cases(desks, said=asked.said)], asked.out)
 
 
 if __name__ == "__main__":
