@@ -33,7 +33,7 @@ OLD_NAME = pytest.mark.filterwarnings("ignore:`is_gradient_checkpointing`:Future
 TASK = "You sell groceries."
 WORDS = ["milk", "tea", "flour", "soap", "rice", "eggs"]
 GOALS = tuple(Goal(f"buy {word}") for word in WORDS)
-QUICK = Settings(rank=4, layers=1.0, learning_rate=0.01, steps=6, validate_every=3)
+QUICK = Settings(rank=4, layers=1.0, learning_rate=0.01, steps=6, validate_every=3, similarity=0.0)
 SETTINGS = replace(QUICK, seed=3)
 
 
@@ -48,7 +48,7 @@ def rows_file(file: Path, groups: Sequence[str], **changed: Any) -> Path:
     """A row for each group; all of them as `case` has them, up to what the last one changes."""
     rows: list[dict[str, Any]] = []
     for own, group in zip(map(case, range(len(groups))), groups, strict=True):
-        row = {key: value for key, value in asdict(own).items() if key != "truth"}
+        row = {key: value for key, value in asdict(own).items() if not key.startswith("truth")}
         goals = [goal.text for goal in own.goals]
         rows.append({**row, "group": group, "goals": goals, "true": own.truth})
     rows[-1] |= changed
@@ -58,7 +58,8 @@ def rows_file(file: Path, groups: Sequence[str], **changed: Any) -> Path:
 
 def example() -> Example:
     turns = (Turn("What is it?", "milk and tea"), Turn("Why?", "soap"), Turn("Else?", "Eggs, 6."))
-    return Example(TASK, (GOALS[0], UNSPECIFIED, GOALS[3], GOALS[5]), turns, 5, "g")
+    goals = (UNSPECIFIED, GOALS[0], GOALS[3], GOALS[5])
+    return Example(TASK, goals, turns, (1, 1, 1), negatives=5, compared=False, group="g")
 
 
 def tiny_folder(path: Path) -> Path:

@@ -15,6 +15,7 @@ from goalscope.experiment import fit_calibration as calibrating
 from goalscope.experiment.fit_calibration import (
     EPSILONS,
     FOLDS,
+    LISTED,
     Observed,
     Tables,
     fit_calibration,
@@ -31,7 +32,7 @@ def drawn(
     rng: np.random.Generator, id: str, *, factor: float = 1.0, origin: str = "s", goals: int = 5,
     turns: int = 4, group: str | None = None,
 ) -> Observed:  # fmt: skip
-    """A dialogue to which `Calibration(factor, prior_unspecified=0.5)` is exact.
+    """A dialogue to which `Calibration(factor, prior_unspecified=1 - LISTED)` is exact.
 
     Each turn is a place about that of the true goal, and without a goal each is expected where the
     ones before it lie. Where it is left out, the others say nothing.
@@ -45,7 +46,7 @@ def drawn(
     centre = (np.cumsum(said, 0) - said) * variance[:, None]
     wide = 1 + variance
     unknown = -((said - centre) ** 2).sum(-1) / 2 / wide - np.log(2 * math.pi * wide)
-    return Observed(id, group or id, origin, factor * known, factor * unknown, truth)
+    return Observed(id, group or id, origin, factor * known, factor * unknown, (truth,) * turns)
 
 
 def some(n: int, seed: int = 0, **more) -> list[Observed]:
@@ -70,11 +71,11 @@ def test_tables_hold_each_dialogue_with_its_true_goal_and_without(calibration) -
     beliefs = tables.believe(calibration)
     for i, dialogue in enumerate(found):
         turns, goals = dialogue.goals.shape
-        true = Goal(f"goal {dialogue.truth}")
+        true = Goal(f"goal {dialogue.truths[0]}")
         rests = {
             out: believed(dialogue, out, calibration)
             for out in range(goals)
-            if out != dialogue.truth
+            if out != dialogue.truths[0]
         }
         same = [
             rest
@@ -83,7 +84,7 @@ def test_tables_hold_each_dialogue_with_its_true_goal_and_without(calibration) -
             == pytest.approx(rest.log_posteriors[1:, rest.goals.index(true)])
         ]
         assert len(same) == 1  # one of the wrong goals was left out
-        gone = believed(dialogue, dialogue.truth, calibration)
+        gone = believed(dialogue, dialogue.truths[0], calibration)
         place = gone.goals.index(UNSPECIFIED)
         assert beliefs[1, i, :turns, 0] == pytest.approx(gone.log_posteriors[1:, place])
         for rest, held in zip((*same, gone), beliefs[:, i], strict=True):
@@ -91,7 +92,7 @@ def test_tables_hold_each_dialogue_with_its_true_goal_and_without(calibration) -
                 row = rest.log_posteriors[turn + 1]
                 assert sorted(held[turn, :goals]) == pytest.approx(sorted(row))
                 assert np.isneginf(held[turn, goals:]).all()
-        own = (beliefs[0, i, :turns, 1] + beliefs[1, i, :turns, 0]) / 2
+        own = LISTED * beliefs[0, i, :turns, 1] + (1 - LISTED) * beliefs[1, i, :turns, 0]
         assert tables.losses(beliefs)[i] == pytest.approx(-own.mean())
         odds = [p - math.log1p(-math.exp(p)) for p in beliefs[:, i, turns - 1, 0]]
         assert tables.last_odds(beliefs)[:, i] == pytest.approx(odds)
@@ -131,8 +132,8 @@ def test_the_temperature_is_found_that_the_evidence_was_multiplied_by(factor: fl
     assert made.temperature == pytest.approx(factor, rel=0.12)
     assert made.reference < 0.1
     assert made.switching == DEFAULT.switching > 0
-    assert (made.n, made.prior_unspecified) == (300, 0.5)
-    true = Calibration(factor, prior_unspecified=0.5, switching=DEFAULT.switching)
+    assert (made.n, made.prior_unspecified, made.similarity) == (300, pytest.approx(0.2), 0)
+    true = Calibration(factor, prior_unspecified=0.2, switching=DEFAULT.switching)
     assert Tables(found).log_loss(made) == pytest.approx(Tables(found).log_loss(true), abs=0.005)
 
 
@@ -148,6 +149,32 @@ def test_the_share_of_the_other_goals_is_found_that_was_taken_from_unspecified()
     assert made.temperature == pytest.approx(1, abs=0.12)
 
 
+def test_the_similarity_is_found_that_was_taken_from_the_evidence() -> None:
+    rng, taken = np.random.default_rng(3), []
+    for each in some(300, factor=2.0):
+        likeness = rng.normal(0, 0.2, each.goals.shape)
+        taken.append(replace(each, goals=each.goals - 15 * likeness, likeness=likeness))
+    made = fit_calibration(taken)
+    assert made.similarity == pytest.approx(15, rel=0.12)
+    assert made.temperature == pytest.approx(2, rel=0.12)
+
+
+def test_where_goals_change_or_are_not_listed_each_turn_has_its_truth() -> None:
+    rng = np.random.default_rng(4)
+    goals, unspecified = rng.normal(size=(3, 4)), rng.normal(size=3)
+    found = Observed("a", "a", "s", goals, unspecified, (2, None, 0))
+    tables = Tables([found, *some(3)])
+    beliefs = tables.believe(PAPER)
+    for kind, width in enumerate((4, 3)):  # Unspecified, the true ones, and the wrong ones
+        assert np.isfinite(beliefs[kind, 0, 0, :width]).all()
+        assert np.isneginf(beliefs[kind, 0, 0, width:]).all()
+    assert tables.truth[:, 0, :3].tolist() == [[1, 0, 2], [0, 0, 0]]
+    assert tables.listed[0]
+    nothing = Observed("b", "b", "s", goals, unspecified, (None,) * 3)
+    assert not Tables([nothing, *some(3)]).listed[0]
+    assert quality([nothing, *some(9)], PAPER).n == 10
+
+
 def test_conformal_sets_hold_the_truth_in_as_many_new_dialogues_as_they_say() -> None:
     made = fit_calibration(some(600, factor=2.0, turns=3))
     assert [eps for eps, _ in made.thresholds] == list(EPSILONS)
@@ -157,11 +184,11 @@ def test_conformal_sets_hold_the_truth_in_as_many_new_dialogues_as_they_say() ->
     for eps in (0.05, 0.1, 0.2):
         held = {True: 0, False: 0}
         for each, present in product(new, held):
-            wrong = [i for i in range(each.goals.shape[1]) if i != each.truth]
-            belief = believed(each, int(rng.choice(wrong)) if present else each.truth, made)
+            wrong = [i for i in range(each.goals.shape[1]) if i != each.truths[0]]
+            belief = believed(each, int(rng.choice(wrong)) if present else each.truths[0], made)
             turn = rng.integers(len(each.goals))
             then = replace(belief, log_likelihood=belief.log_likelihood[: turn + 1])
-            true = Goal(f"goal {each.truth}") if present else UNSPECIFIED
+            true = Goal(f"goal {each.truths[0]}") if present else UNSPECIFIED
             held[present] += true in then.conformal_set(eps)
         band = 2.576 * math.sqrt(eps * (1 - eps) * (1 / len(new) + 1 / 600))  # 99 %
         least = min(held.values()) / len(new)
@@ -246,7 +273,12 @@ def test_dialogues_are_read_from_cells_and_others_are_passed_over() -> None:
         cell("not run", **{"role-play": None}),
         cell("of another kind", kind="mcq"),
     ])  # fmt: skip
-    assert (found.id, found.group, found.origin, found.truth) == ("a", "teach g", "teach hard", 1)
+    assert (found.id, found.group, found.origin, found.truths) == (
+        "a",
+        "teach g",
+        "teach hard",
+        [1, 1],
+    )
     assert found.goals.tolist() == [[0, -1, -2], [-1, -2, -3]]
     assert found.unspecified.tolist() == [-1, -2]
 

@@ -235,8 +235,8 @@ def test_what_is_wrong_with_a_calibration_file_is_named(tmp_path: Path, changed,
 def test_names_and_files_name_calibrations(tmp_path: Path) -> None:
     names = {"paper": PAPER, "default": DEFAULT}
     assert {name: calibration_named(name) for name in names} == names
-    assert Calibration(1.0, 0.0, None, 0.0, 1.0) == PAPER
-    mine = Calibration(3.0, 0.2, 0.4, 0.01, 0.1, 0.3, 7, ((0.1, 0.2),))
+    assert Calibration(1.0, 0.0, None, 0.0, 0.0, 1.0) == PAPER
+    mine = Calibration(3.0, 0.2, 0.4, 0.01, 12.0, 0.1, 0.3, 7, ((0.1, 0.2),))
     keep_calibration(tmp_path / "new" / "mine.json", mine, {"model": "m"})
     assert calibration_named(str(tmp_path / "new" / "mine.json")) == mine
     assert json.loads((tmp_path / "new" / "mine.json").read_text())["model"] == "m"

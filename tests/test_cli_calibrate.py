@@ -49,7 +49,7 @@ def scorer_of(model):
 def cells(n, seed=0, *, model=MODEL, layout="goal-last", set="teach", goals=5, groups=99):
     """Specs with results, of people to whom a temperature of 3 is right."""
     for i, each in enumerate(some(n, seed, factor=3.0, goals=goals)):
-        case = {"id": each.id, "group": f"g{i % groups}", "task": "t", "truth": each.truth}
+        case = {"id": each.id, "group": f"g{i % groups}", "task": "t", "truth": each.truths[-1]}
         case |= {"goals": [f"g{k}" for k in range(goals)], "turns": [{}] * len(each.goals)}
         spec = {"kind": "dialogue", "set": set, "split": "valid", "goal_set": "hard", "case": case}
         spec |= {"model": model, "layout": layout}
@@ -187,8 +187,8 @@ def test_with_out_it_is_written_there_only_of_as_few_as_three_people(data):
 
 def sure(spec, result):
     """The true goal is always the likeliest, and without it none is."""
-    goals = [[0.0 if i == spec["case"]["truth"] else -1.0 for i in range(3)]] * 2
-    return {"role-play": goals, "unspecified": [-0.5] * 2}
+    goals = [[0.0 if i == spec["case"]["truth"] else -1.0 for i in range(3)]] * 4
+    return {"role-play": goals, "unspecified": [-0.5] * 4}
 
 
 def test_of_few_people_nothing_becomes_the_models_own(data):

@@ -48,6 +48,7 @@ QUICK = (
 )  # fmt: skip
 """Commands that need no more than what a page gives them, and some seconds."""
 READERS: dict[str, Callable[[Path], Any]] = {
+    "changing.jsonl": read_cases,
     "dialogues.jsonl": lambda file: read_cases(file, labelled=False),
     "experiment.toml": read_experiment,
     "mine.toml": read_experiment,

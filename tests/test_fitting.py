@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import io
+import itertools
 import math
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import AbstractContextManager, nullcontext
@@ -25,7 +26,8 @@ from fits import (
 from goalscope.base.types import UNSPECIFIED, GoalscopeError
 from goalscope.datasets.case import Case
 from goalscope.fitting.learner import Example, Learner
-from goalscope.fitting.train import Fit, Settings, Validation, _scores
+from goalscope.fitting.train import CHANGES, Fit, Settings, Validation, _scores
+from goalscope.models.embedding import embedded
 from test_datasets import refused
 
 torch = pytest.importorskip("torch")
@@ -61,7 +63,7 @@ class Scripted:
             self.weight.copy_(state["weight"])
 
 
-TABLE = [[-2.0, -4.0, -3.0], [-1.0, -5.0, -2.0]]  # of two turns: true, Unspecified, wrong
+TABLE = [[-4.0, -2.0, -3.0], [-5.0, -1.0, -2.0]]  # of two turns: Unspecified, true, wrong
 
 
 def scripted(
@@ -73,31 +75,90 @@ def scripted(
     return Fit(learner, train, [case(3)], settings, folder, about or {}), learner
 
 
+def filtered(evidence: np.ndarray, prior: np.ndarray) -> np.ndarray:
+    """[T, G] posteriors of a hidden Markov model, enumerated over all paths."""
+    turns, goals = evidence.shape
+    prior = prior / prior.sum()
+    stays = (1 - CHANGES) * np.eye(goals) + CHANGES * prior
+    found = np.zeros((turns, goals))
+    for last in range(turns):
+        for path in itertools.product(range(goals), repeat=last + 1):
+            weight = prior[path[0]] * math.prod(stays[a, b] for a, b in itertools.pairwise(path))
+            found[last, path[-1]] += weight * math.exp(
+                sum(evidence[turn, goal] for turn, goal in enumerate(path))
+            )
+    return found / found.sum(1, keepdims=True)
+
+
 def test_the_loss_is_that_of_the_goals_and_some_of_the_words(tmp_path: Path) -> None:
     words = (2 + 4 + 1 + 5) / (2 * 4)
-    # Divided by 2 and summed over turns: [-1, -2, -1.5], then [-1.5, -4.5, -2.5]; the wrong goal
-    # that was drawn stands for three.
-    exp, log = math.exp, math.log
-    true = log(1 + exp(-1) + 3 * exp(-0.5)) + log(1 + exp(-3) + 3 * exp(-1))
-    absent = log(1 + 3 * exp(0.5)) + log(1 + 3 * exp(2))
-    of = replace(example(), turns=example().turns[:2], negatives=3)
+    evidence, prior = np.array(TABLE) / 2, np.array([1.0, 1.0, 3.0])
+    true = -np.log(filtered(evidence, prior)[:, 1])
+    absent = -np.log(filtered(evidence, prior * [1, 0, 1])[:, 0])
+    of = replace(example(), turns=example().turns[:2], truths=(1, 1), negatives=3)
     fit, _ = scripted(tmp_path, settings=replace(QUICK, words_weight=0.25, temperature=2.0))
-    assert float(fit._loss(of).detach()) == pytest.approx((true + absent) / 2 + 0.25 * words)
+    expected = (true + absent).mean() + 0.25 * words
+    assert float(fit._loss(of).detach()) == pytest.approx(expected)
+
+
+def test_where_the_goal_changes_each_turn_has_its_own_truth(tmp_path: Path) -> None:
+    evidence, prior = np.array(TABLE), np.array([1.0, 1.0, 1.0])
+    settings = replace(QUICK, words_weight=0.0, temperature=1.0)
+    fit, _ = scripted(tmp_path, settings=settings)
+    of = replace(example(), turns=example().turns[:2], goals=(UNSPECIFIED, *GOALS[:2]), negatives=0)
+    whole = -np.log(filtered(evidence, prior))
+    gone = replace(of, truths=(1, 0), negatives=1)
+    absent = -np.log(filtered(evidence, prior * [1, 0, 1])[:, 0])
+    expected = (whole[0, 1] + whole[1, 0] + absent[0]) / 2
+    assert float(fit._loss(gone).detach()) == pytest.approx(expected)
+    swapped = replace(of, truths=(1, 2))
+    other = -np.log(filtered(evidence, prior * [1, 1, 0])[:, 0])
+    expected = (whole[0, 1] + whole[1, 2] + absent[0] + other[1]) / 2
+    assert float(fit._loss(swapped).detach()) == pytest.approx(expected)
+
+
+def test_likeness_of_words_and_goals_counts_in_half_of_the_examples(tmp_path: Path) -> None:
+    fit, _ = scripted(tmp_path, settings=replace(QUICK, temperature=1.0, similarity=6.0))
+    of = replace(example(), turns=example().turns[:2], goals=(UNSPECIFIED, *GOALS[:2]))
+    table = torch.tensor(TABLE)
+    assert torch.equal(fit._evidence(table, of), table)
+    gained = (fit._evidence(table, replace(of, compared=True)) - table).numpy()
+    cosines = (
+        embedded([turn.utterance for turn in of.turns])
+        @ embedded([goal.text for goal in GOALS[:2]]).T
+    )
+    np.testing.assert_allclose(gained[:, 1:], 6 * cosines, atol=1e-5)
+    np.testing.assert_allclose(gained[:, 0], gained[:, 1:].mean(1), atol=1e-5)
+    (tmp_path / "other").mkdir()
+    settings = replace(QUICK, steps=20, validate_every=20)
+    fit, learner = scripted(tmp_path / "other", settings=settings)
+    list(fit.run())
+    first, *drawn, last = learner.examples
+    assert first.compared
+    assert last.compared
+    assert 20 < sum(of.compared for of in drawn) < 60
 
 
 def test_scores_are_what_they_say() -> None:
-    beliefs = [
-        np.array([2.0, 0.0, 1.0, 0.0]), np.array([0.0, 1.0, 1.0]), np.array([0.0, -2.0, 0.0])
+    tables = [torch.tensor([row]) for row in ([0.0, 2, 1, 0], [1.0, 0, 1], [-2.0, 0, 0])]
+    turn = example().turns[:1]
+    examples = [
+        replace(
+            example(), turns=turn, truths=(1,), group=group, negatives=width - 2,
+            goals=(UNSPECIFIED, *GOALS[: width - 1]),
+        )
+        for group, width in (("x", 4), ("y", 3), ("y", 3))
     ]  # fmt: skip
     e = math.e
-    top1, log_loss, auroc = _scores(beliefs, ["x", "y", "y"])
+    top1, log_loss, auroc = _scores(tables, examples)
     assert top1 == pytest.approx(2 / 3)  # the last is a tie
     losses = [math.log(e**2 + e + 1) - 2, math.log(1 + e), math.log(2)]
     assert log_loss == pytest.approx(sum(losses) / 3)
     # Unspecified without the true goal: -log(e + 1), 0, -2; without one wrong goal:
     # -log(e^2 + 1), 1, -2. Across groups -1.3 > 1 is wrong; -1.3 > -2, 0 > -2.1, -2 > -2.1 hold.
     assert auroc == pytest.approx(3 / 4)
-    assert _scores(beliefs, ["x"] * 3) == (top1, log_loss, 0.5)
+    alike = [replace(each, group="x") for each in examples]
+    assert _scores(tables, alike) == (pytest.approx(top1), pytest.approx(log_loss), 0.5)
 
 
 def test_steps_and_validations_draw_their_goals(tmp_path: Path) -> None:
@@ -108,16 +169,16 @@ def test_steps_and_validations_draw_their_goals(tmp_path: Path) -> None:
     batch = [2] * (3 * settings.batch_size)
     assert counts == [4, *batch, 4, *batch, 4]
     for of in learner.examples:
-        assert of.turns[-1].utterance in of.goals[0].text
-        assert of.goals[1] == UNSPECIFIED
+        assert of.turns[-1].utterance in of.goals[1].text
+        assert of.goals[0] == UNSPECIFIED
         assert len(set(of.goals)) == len(of.goals)
-        assert (of.negatives, f"c{GOALS.index(of.goals[0])}") == (5, of.group.replace("g", "c"))
+        assert (of.negatives, f"c{GOALS.index(of.goals[1])}") == (5, of.group.replace("g", "c"))
     steps = [of for of in learner.examples if of.group != "g3"]
-    assert {of.goals[0] for of in steps} == set(GOALS[:3])
+    assert {of.goals[1] for of in steps} == set(GOALS[:3])
     assert {len(of.turns) for of in steps} == {1, 2}
     first, second, third = [of for of in learner.examples if of.group == "g3"]
     assert first == second == third
-    assert (len(first.turns), first.goals[0]) == (2, GOALS[3])
+    assert (len(first.turns), first.goals[1]) == (2, GOALS[3])
 
 
 def test_it_knows_what_the_best_weights_have_learned_from(tmp_path: Path) -> None:

@@ -51,7 +51,7 @@ def test_words_are_as_likely_as_to_the_likelihood(path: Path, layout: Layout) ->
     assert np.abs(changed - plain).max() > 0.5
     np.testing.assert_allclose(scores(learner, of), changed, atol=1e-4)
     for turns in (1, 2):
-        part = replace(of, turns=of.turns[:turns])
+        part = replace(of, turns=of.turns[:turns], truths=of.truths[:turns])
         np.testing.assert_allclose(scores(learner, part), changed[:turns], atol=1e-4)
 
 

@@ -12,7 +12,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from hypothesis.extra import numpy as hnp
 
-from goalscope.agent.round import Round
+from goalscope.agent.round import Guess, Round
 from goalscope.base.types import (
     Action,
     Goal,
@@ -33,6 +33,7 @@ EPISODE = {"domain": "grocery", "method": "good", "model": "m", "task": "Sell."}
 texts = st.text(st.characters() | st.sampled_from("\udc80\udfff\x00\x1b\n"), max_size=20)
 nats = st.floats(max_value=0, allow_nan=False) | st.just(-np.inf)
 goals = st.builds(Goal, texts)
+guesses = st.builds(Guess, texts, texts)
 actions = st.builds(Action, texts, texts, st.integers(-9, 99))
 
 quantities = st.none() | st.floats(-99, 99)
@@ -56,6 +57,7 @@ calibrations = st.builds(
     shares,
     st.none() | st.floats(0.01, 0.99),
     shares,
+    st.floats(0, 99),
     shares,
     shares,
     st.integers(0, 9),
@@ -110,6 +112,8 @@ rounds = st.builds(
     state=texts,
     retracts=st.lists(st.integers(1, 9), max_size=2).map(tuple),
     reversals=st.integers(0, 3),
+    guessed=st.lists(guesses, max_size=2).map(tuple),
+    given_up=st.lists(guesses, max_size=2).map(tuple),
 )
 
 

@@ -13,6 +13,7 @@ from goalscope.experiment.dialogues import (
     after_turn,
     dialogue_differences,
     dialogue_table,
+    following_table,
     number_of,
     read_dialogues,
     reliability_of,
@@ -282,3 +283,56 @@ def test_methods_are_compared_in_pairs_over_groups() -> None:
     number = sum(each["p"] is not None for each in table.rows)
     assert f"comparisons of this table, {number}." in table.notes[1]
     assert all(each["p"] <= each["p (Holm)"] for each in table.rows if each["p"] is not None)
+
+
+def changing(id: int, truths: list[int | None], nats: list[list[float]]):
+    """A dialogue whose goal changes; evidence is for Unspecified first, then for each goal."""
+    own = {"role-play": [each[1:] for each in nats], "unspecified": [each[0] for each in nats]}
+    spec, result = dialogue(id, 0, len(truths), **own)
+    spec["case"] |= {"truth": truths[-1], "truths": truths}
+    return spec, result
+
+
+def test_how_soon_a_belief_follows_a_change_is_counted_from_the_turn_that_tells_it() -> None:
+    for_a, for_b, for_none = [0.0, 9, 0, 0, 0], [0.0, 0, 99, 0, 0], [999.0, 0, 0, 0, 0]
+    cells = [
+        changing(1, [0, 1, 1], [for_a, for_a, for_b]),  # a turn too late
+        changing(2, [0, None], [for_a, for_none]),
+        changing(3, [0, 0], [for_a, for_a]),
+        changing(4, [None, 0, None], [for_none, for_a, for_a]),  # stays where it was
+    ]
+    (sample,) = read_dialogues(cells)
+    found = row(following_table(sample), "goalscope")
+    assert found["changes"] == 4
+    assert found["at once"].value == pytest.approx(2 / 4)
+    assert found["within 3"].value == pytest.approx(3 / 4)
+    (steady,) = read_dialogues(DIALOGUES)
+    assert following_table(steady).rows == []
+
+
+def test_who_has_a_goal_that_is_not_listed_counts_for_unspecified_alone() -> None:
+    cells = [
+        changing(1, [None], [[9.0, 0, 0, 0, 0]]),
+        changing(2, [0], [[1.0, 9, 0, 0, 0]]),
+        changing(3, [0], [[0.0, 0, 9, 0, 0]]),
+    ]
+    found = row(dialogues_table(cells), "goalscope", "1")
+    assert found["n"] == 3
+    assert found["top-1"].value == 0.5
+    assert found["AUROC"].value == 1.0
+    assert found["leads if absent"].value > found["leads if present"].value
+
+
+def test_likeness_of_words_and_goals_counts_as_much_as_the_calibration_says() -> None:
+    like = [[0.0, 0.5, 0.0, 0.0]]
+    table = {}
+    for weight in (0.0, 8.0):
+        own = asdict(Calibration(temperature=2.0, similarity=weight))
+        cell = dialogue(1, 1, 1, **{"role-play": [SURE], "likeness": like}, calibration=own)
+        (sample,) = read_dialogues([cell])
+        (record,) = sample.where(predictor="goalscope")
+        (paper,) = sample.where(predictor="goalscope, Eq. 1")
+        table[weight] = record["log_loss"], paper["log_loss"]
+    assert table[0.0][1] == table[8.0][1]
+    nats = np.array([1.0, 2.0, 0.0, 0.0])  # 2 / 2 and 8 / 2 / 2
+    assert table[8.0][0] == pytest.approx(np.log(np.exp(nats).sum()) - 2.0)

@@ -25,7 +25,7 @@ def test_what_was_fitted_is_no_worse_on_others_and_better_than_no_belief(
         log_posteriors(np.zeros(width), each.goals, np.ones(width, dtype=bool), made)[-1]
         for each in others
     ]
-    own = [scores(row, each.truth) for row, each in zip(last, others, strict=True)]
+    own = [scores(row, each.truths[-1]) for row, each in zip(last, others, strict=True)]
     even = scores(np.full(width, -np.log(width)), 0)
     for field in ("log_loss", "brier"):
         gains = bootstrap_mean([getattr(even, field) - getattr(each, field) for each in own])

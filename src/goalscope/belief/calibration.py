@@ -41,6 +41,8 @@ class Calibration:
             / P(words | prior))^4, or by 0 if the words are likelier under the belief before
             (docs/log.md): a discount, as in power posteriors, and no model of how minds change. 0
             in the paper.
+        similarity: Nats for a cosine of 1 between words and a goal, beside the log-likelihood and
+            before the temperature (see `goalscope.belief.likelihood.RolePlay`). 0 in the paper.
         aside: Weight of words that tell no aim and ask for nothing new: a bare yes or no, "undo
             that" (see `goalscope.language.orders.is_aside`). A tracker that reads nothing gives all
             words the weight 1, as the paper does.
@@ -58,6 +60,7 @@ class Calibration:
     reference: float = 0.0
     prior_unspecified: float | None = None
     switching: float = 0.0
+    similarity: float = 0.0
     aside: float = 1.0
     orders: float = 1.0
     n: int = 0
@@ -67,6 +70,8 @@ class Calibration:
         """Check the ranges."""
         if not (math.isfinite(self.temperature) and self.temperature > 0):
             raise InvalidInputError(f"temperature must be positive, not {self.temperature}")
+        if not (math.isfinite(self.similarity) and self.similarity >= 0):
+            raise InvalidInputError(f"similarity must not be negative, not {self.similarity}")
         if self.n < 0:
             raise InvalidInputError(f"n must be a number of dialogues, not {self.n}")
         for name, value in (

@@ -133,7 +133,7 @@ def _cut(text: str) -> str:
 def word_evidence(
     likelihood: RolePlay, task: str, belief: Belief, turns: Sequence[Turn], goal: str | Goal
 ) -> list[tuple[str, float]]:
-    """The evidence of each word in the last turn for a goal; their sum is that of the turn.
+    """The evidence of each word in the last turn for a goal, by role-play alone; they sum up to it.
 
     Returns:
         Each word with its evidence against the mean of the other goals, nats, after the

@@ -22,6 +22,7 @@ from goalscope.base.types import (
 from goalscope.belief.calibration import Calibration, known_calibration
 from goalscope.models import LikelihoodModel, Roles
 from goalscope.models.adapters import FITTED_LAYOUT, NO_ADAPTER
+from goalscope.models.embedding import embedded
 from goalscope.models.opening import adapter_metadata
 from goalscope.models.scoring import logprobs_of
 from goalscope.models.trace import scoring
@@ -32,6 +33,9 @@ Layout = Literal["goal-first", "goal-last"]
 
 DEFAULT_LAYOUT: Layout = "goal-last"
 """The layout that separated goals better on development dialogues (docs/log.md)."""
+
+ALIKE = 0.1
+"""Cosine of words and a wrong goal of their domain, in the mean (corpus/changes)."""
 
 GOAL_TOKENS = 256
 """Tokens that every context reserves for the goal, so that all goals see the same turns."""
@@ -68,6 +72,9 @@ class Likelihood(Protocol):
 class RolePlay:
     """log P(u | g, q, transcript): the model plays a person who has goal g (Eq. 2).
 
+    With a `similarity`, it is a product of experts (Hinton, 2002): how like the words and the goal
+    are in meaning counts beside it, which is no likelihood of words by itself. 0 is the paper's.
+
     In the chat that the model sees, the person is the *assistant* and the agent's queries are the
     user's messages. `UNSPECIFIED` is the same prompt without a goal. When the context is full, the
     oldest turns are dropped, the same ones for every goal; task and goal always stay.
@@ -76,6 +83,8 @@ class RolePlay:
         model: Scores the words; by its `speaker`, if it has one (see `ModelSet`).
         layout: Where the goal stands: in the instruction ("goal-first"), or beside the agent's
             last query ("goal-last"). With both, goals share their common prefix in the cache.
+        similarity: Nats for a cosine of 1 between the words and a goal, beside the log-likelihood;
+            None for that of the calibration.
 
     Raises:
         InvalidInputError: There is no such layout, or the model's adapter was fitted with another.
@@ -86,6 +95,7 @@ class RolePlay:
         model: LikelihoodModel,
         *,
         layout: Layout = DEFAULT_LAYOUT,
+        similarity: float | None = None,
     ) -> None:
         if layout not in ("goal-first", "goal-last"):
             raise InvalidInputError(f'layout must be "goal-first" or "goal-last", not {layout!r}')
@@ -97,6 +107,7 @@ class RolePlay:
                 f"{fitted}, or --adapter {NO_ADAPTER}."
             )
         self.layout: Layout = layout
+        self._similarity = similarity
         self._calibration: Calibration | None = None
 
     @property
@@ -129,7 +140,15 @@ class RolePlay:
         with scoring(pairs):
             scores = logprobs_of(self.model, contexts, words)
         values = np.array([float(score.sum()) for score in scores])
-        return values.reshape(len(turns) - since, len(goals))
+        table = values.reshape(len(turns) - since, len(goals))
+        if similarity := self.similarity:
+            table += similarity * likeness(goals, turns[since:])
+        return table
+
+    @property
+    def similarity(self) -> float:
+        """Nats for a cosine of 1 between the words and a goal."""
+        return self.calibration.similarity if self._similarity is None else self._similarity
 
     def token_log_likelihood(
         self, task: str, goals: Sequence[Goal], turns: Sequence[Turn]
@@ -184,6 +203,17 @@ class RolePlay:
         else:
             system, query = render("goal_last", task=task, goal=text, query=last.query)
         return [system, *transcript(past), query]
+
+
+def likeness(goals: Sequence[Goal], turns: Sequence[Turn]) -> Array:
+    """[T, G] cosines of each turn's words and each goal, above `ALIKE`; 0 for `UNSPECIFIED`.
+
+    They are of static word vectors.
+    """
+    words = embedded([plain(turn.utterance) for turn in turns])
+    meant = embedded([plain(goal.text) for goal in goals])
+    stated = np.array([goal != UNSPECIFIED for goal in goals], np.float64)
+    return (np.asarray(words @ meant.T, np.float64) - ALIKE) * stated
 
 
 def evidence_of(

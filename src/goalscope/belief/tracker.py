@@ -94,7 +94,9 @@ class GoalTracker:
         support = [UNSPECIFIED] if include_unspecified else []
         given = distinct([*support, *goals_of(goals)])
         named = None if calibration is None else _calibration(calibration)
-        self.likelihood = likelihood or RolePlay(model or embedded_scorer())
+        self.likelihood = likelihood or RolePlay(
+            model or embedded_scorer(), similarity=named.similarity if named else None
+        )
         self._busy = RLock()
         self.turns: list[Turn] = []
         self.belief = Belief.uniform(given, named or calibration_of(self.likelihood))

@@ -65,7 +65,7 @@ def infer(
     check_likelihood(likelihood, layout)
     given = calibration_named(calibration) if calibration else None
     own = None if likelihood is None else load_own(likelihood)
-    chosen = Settings(likelihood=own, layout=layout)
+    chosen = Settings(likelihood=own, layout=layout, calibration=calibration)
     dialogues = read_cases(file, labelled=False)
     cut: list[str] = []
     names = model_names(model, tokenizer=tokenizer, adapter=adapter)

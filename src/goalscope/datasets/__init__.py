@@ -11,6 +11,7 @@ from pathlib import Path
 from goalscope.base.inputs import nearest, read_table, shown
 from goalscope.base.types import InvalidInputError
 from goalscope.datasets.case import Case
+from goalscope.datasets.desks import hint3, multidogo, sgd
 from goalscope.datasets.loaders import alfred, casino, multiwoz, taskmaster, teach
 
 _Reader = Callable[[Path, str, int, int], Iterator[Case | str]]
@@ -73,6 +74,9 @@ READERS: Mapping[str, _Reader] = {
     "casino": casino,
     "alfred": alfred,
     "taskmaster4": taskmaster,
+    "sgd": sgd,
+    "multidogo": multidogo,
+    "hint3": hint3,
 }
 """Readers by the names of datasets: of a file, a goal set, a number of goals and a seed."""
 

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import hashlib
 import json
-from collections.abc import Iterable
-from dataclasses import asdict, dataclass
+from collections.abc import Iterable, Mapping
+from dataclasses import asdict, dataclass, replace
 from functools import partial
 from pathlib import Path
 from typing import Annotated, Any
@@ -44,7 +44,10 @@ class Case:
         task: The assistant's task.
         turns: At least one.
         goals: Distinct; `UNSPECIFIED` is none of them.
-        truth: Index of the true goal; None if it is unknown.
+        truth: Index of the true goal after the last turn; None if it is unknown, or no goal of the
+            list.
+        truths: [T] the same after each turn, if the goal is another one at some turn or is none of
+            the list; otherwise empty.
     """
 
     id: str
@@ -53,17 +56,42 @@ class Case:
     turns: tuple[Turn, ...]
     goals: tuple[Goal, ...]
     truth: int | None
+    truths: tuple[int | None, ...] = ()
+
+    @property
+    def each_truth(self) -> tuple[int | None, ...]:
+        """[T] `truths`, whether or not they differ."""
+        return self.truths or (self.truth,) * len(self.turns)
 
     @property
     def true_goal(self) -> Goal:
-        """The true goal.
+        """The true goal after the last turn; `UNSPECIFIED` if it is none of the list.
 
         Raises:
             InvalidInputError: It is unknown.
         """
         if self.truth is None:
+            if self.truths:
+                return UNSPECIFIED
             raise InvalidInputError(f"The true goal of the dialogue {shown(self.id)} is unknown.")
         return self.goals[self.truth]
+
+    def until(self, turns: int | None) -> Case:
+        """The case up to a number of turns."""
+        truths = self.truths[:turns]
+        truth = truths[-1] if truths else self.truth
+        return replace(self, turns=self.turns[:turns], truth=truth, truths=truths)
+
+    def among(self, goals: Iterable[Goal]) -> Case:
+        """The case with some of its goals, among which are the true ones."""
+        kept = tuple(goals)
+        place = {self.goals.index(goal): n for n, goal in enumerate(kept)} | {None: None}
+        return replace(
+            self,
+            goals=kept,
+            truth=place[self.truth],
+            truths=tuple(place[each] for each in self.truths),
+        )
 
 
 def case_to_json(case: Case) -> dict[str, Any]:
@@ -75,7 +103,21 @@ def case_to_json(case: Case) -> dict[str, Any]:
         "turns": [asdict(turn) for turn in case.turns],
         "goals": [goal.text for goal in case.goals],
         "truth": case.truth,
+        **({"truths": list(case.truths)} if case.truths else {}),
     }
+
+
+def case_from_json(data: Mapping[str, Any]) -> Case:
+    """The case that `case_to_json` wrote."""
+    return Case(
+        data["id"],
+        data["group"],
+        data["task"],
+        tuple(Turn(**turn) for turn in data["turns"]),
+        tuple(map(Goal, data["goals"])),
+        data["truth"],
+        tuple(data.get("truths", ())),
+    )
 
 
 def said_key(turns: Iterable[Turn]) -> str:
@@ -123,7 +165,7 @@ class _Line:
     task: Text
     turns: Annotated[tuple[_Turn, ...], MinLen(1)]
     goals: Annotated[tuple[Text, ...], MinLen(1)]
-    true: str | int | None = None
+    true: str | int | tuple[str | int | None, ...] | None = None
     group: str | int | None = None
 
 
@@ -131,9 +173,10 @@ def read_cases(file: Path, *, labelled: bool = True) -> list[Case]:
     """Read and check a whole file, so that a broken row is found before the work begins.
 
     A row is `{"id", "task", "turns": [{"query", "utterance"}, ...], "goals": [...], "true"}`, where
-    "true" is the text of one of the goals, or its place from 0. Rows with one `"group"` share a
-    dialogue or people; without it, a row is its own group. Other keys are ignored, and so are blank
-    lines.
+    "true" is the text of one of the goals, or its place from 0. Where the goal changes, it is a
+    list of these, one for each turn, and null for a goal that is not listed. Rows with one
+    `"group"` share a dialogue or people; without it, a row is its own group. Other keys are
+    ignored, and so are blank lines.
 
     Args:
         file: JSON Lines.
@@ -165,7 +208,8 @@ def write_cases(cases: Iterable[Case], file: Path) -> None:
     """
     rows = [case_to_json(case) for case in cases]
     for row in rows:
-        row["true"] = row["goals"][row.pop("truth")]
+        truth, truths = row.pop("truth"), row.pop("truths", None)
+        row["true"] = row["goals"][truth] if truths is None else truths
     try:
         with file.open("x", encoding="utf-8", newline="\n") as lines:
             lines.writelines(json.dumps(row, ensure_ascii=False) + "\n" for row in rows)
@@ -184,12 +228,32 @@ def _case(row: Row, *, labelled: bool) -> Case:
             f'{label}: the goal "Unspecified" always counts besides; leave it out.'
         )
     group = line.id if line.group is None else line.group
-    truth = _truth(line, goals, label) if labelled else None
-    return Case(str(line.id), str(group), line.task, turns, goals, truth)
+    truths = _truths(line, goals, label) if labelled else (None,)
+    return Case(
+        str(line.id),
+        str(group),
+        line.task,
+        turns,
+        goals,
+        truths[-1],
+        truths if labelled and (len({*truths}) > 1 or None in truths) else (),
+    )
 
 
-def _truth(line: _Line, goals: tuple[Goal, ...], label: str) -> int:
-    """The index of the true goal."""
+def _truths(line: _Line, goals: tuple[Goal, ...], label: str) -> tuple[int | None, ...]:
+    """The index of the true goal, or one for each turn."""
+    if not isinstance(line.true, tuple):
+        return (_truth(line, line.true, goals, label),)
+    if len(line.true) != len(line.turns):
+        raise InvalidInputError(
+            f'{label}: "true" is a list of {len(line.true)} for {len(line.turns)} turns; expected '
+            "one for each turn."
+        )
+    return tuple(None if each is None else _truth(line, each, goals, label) for each in line.true)
+
+
+def _truth(line: _Line, goal: str | int | None, goals: tuple[Goal, ...], label: str) -> int:
+    """The index of a true goal."""
     if len(line.goals) < 2:
         raise InvalidInputError(f"{label}: there is one goal; expected at least two.")
     if len(goals) < len(line.goals):
@@ -197,7 +261,7 @@ def _truth(line: _Line, goals: tuple[Goal, ...], label: str) -> int:
             f"{label}: two of the goals are the same, or differ only in case or final punctuation. "
             "Leave out one."
         )
-    texts, goal = [goal.text for goal in goals], line.true
+    texts = [goal.text for goal in goals]
     if isinstance(goal, int) and 0 <= goal < len(texts):
         return goal
     if not isinstance(goal, str):

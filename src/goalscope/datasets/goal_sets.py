@@ -10,7 +10,6 @@ import random
 import re
 from collections import defaultdict
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass
 
 from goalscope.base.types import Goal, InvalidInputError, Turn, canonical
 from goalscope.datasets.case import Case
@@ -67,25 +66,12 @@ AFTER = 3
 """Turns of the second goal."""
 
 
-@dataclass(frozen=True, slots=True)
-class Change:
-    """A dialogue in which the person's goal becomes another one.
-
-    Attributes:
-        case: All turns; its true goal is the first one, its id that of the dialogue that comes
-            last, and its group the first goal, since the same dialogues serve for it again.
-        second: Index of the second goal.
-    """
-
-    case: Case
-    second: int
-
-
-def changes_of(cases: Sequence[Case], *, round: int, goals: int, seed: int) -> list[Change]:
+def changes_of(cases: Sequence[Case], *, round: int, goals: int, seed: int) -> list[Case]:
     """A script for each dialogue that is long enough to end one, in their order.
 
     Dialogues of people who had the same other goal come first, one after the other, until there are
-    `round` - 1 turns; then the first `AFTER` turns of this one. No two of them share people.
+    `round` - 1 turns; then the first `AFTER` turns of this one, whose id the script has. No two of
+    them share people. Its group is the first goal, since the same dialogues serve for it again.
 
     Args:
         cases: Real dialogues; those whose goals recur can come first, again and again.
@@ -116,7 +102,7 @@ def changes_of(cases: Sequence[Case], *, round: int, goals: int, seed: int) -> l
 
 def _script(
     last: Case, first: Mapping[str, Sequence[Case]], round: int, goals: int, seed: int
-) -> Change | None:
+) -> Case | None:
     rng, second = chance(seed, last.id), _goal(last)
     every = sorted(first)
     for goal in rng.sample(every, len(every)):
@@ -135,8 +121,9 @@ def _script(
         return None
     support, truth = drawn
     said = (*turns[: round - 1], *last.turns[:AFTER])
-    case = Case(last.id, goal, last.task, said, support, truth)
-    return Change(case, [each.text for each in support].index(second))
+    after = [each.text for each in support].index(second)
+    truths = (truth,) * (round - 1) + (after,) * AFTER
+    return Case(last.id, goal, last.task, said, support, after, truths)
 
 
 def _goal(case: Case) -> str:

@@ -6,7 +6,7 @@ import hashlib
 import os
 import re
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from pathlib import Path
 
 from goalscope.base.inputs import nearest, shown
@@ -105,6 +105,6 @@ def _truth(case: Case) -> str:
 
 def _without(case: Case, keys: set[str]) -> Case | None:
     """The case without some wrong goals; None if no wrong goal is left."""
-    truth = case.true_goal
-    goals = tuple(goal for goal in case.goals if goal == truth or goal_key(goal.text) not in keys)
-    return replace(case, goals=goals, truth=goals.index(truth)) if len(goals) > 1 else None
+    true = {case.goals[each] for each in case.each_truth if each is not None}
+    goals = [goal for goal in case.goals if goal in true or goal_key(goal.text) not in keys]
+    return case.among(goals) if len(goals) > 1 else None

@@ -31,10 +31,17 @@ _STOPWORDS = frozenset({
 })  # fmt: skip
 
 
-def temperature_losses(table: Array, truth: int) -> Array:
-    """[temperatures] log-loss of the true goal in nats, summed over the turns of [T, G] scores."""
+def temperature_losses(table: Array, truths: Sequence[int | None]) -> Array:
+    """[temperatures] log-loss of the true goals in nats, summed over the turns of [T, G] scores.
+
+    Turns whose true goal is not listed (None) do not count.
+    """
     beliefs = log_softmax(table / TEMPERATURES[:, None, None])
-    return -beliefs[:, :, truth].sum(axis=1)
+    losses = np.zeros(len(TEMPERATURES))
+    for turn, truth in enumerate(truths):
+        if truth is not None:
+            losses -= beliefs[:, turn, truth]
+    return losses
 
 
 def overlap(text: str, others: Sequence[str]) -> Array:

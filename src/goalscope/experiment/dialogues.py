@@ -99,7 +99,15 @@ def beside_unspecified(table: Array, calibration: Calibration) -> Array:
 
 def role_play(result: Mapping[str, Any], calibration: Calibration) -> Array:
     """[T, G] log-posteriors of `among_goals`, from the result of a cell."""
-    return among_goals(np.array(result["role-play"], dtype=np.float64), calibration)
+    return among_goals(evidence_in(result, calibration), calibration)
+
+
+def evidence_in(result: Mapping[str, Any], calibration: Calibration) -> Array:
+    """[T, G] log-likelihoods in nats, with the calibration's similarity of words and goals."""
+    table = np.array(result["role-play"], dtype=np.float64)
+    if calibration.similarity and result.get("likeness"):
+        table += calibration.similarity * np.array(result["likeness"], dtype=np.float64)
+    return table
 
 
 def outright_belief(answer: Mapping[str, Any], goals: int) -> Array:
@@ -140,10 +148,15 @@ def fitted_temperatures(cells: Sequence[tuple[Measured, Array]]) -> list[float]:
     fold_of = {groups[index]: position % FOLDS for position, index in enumerate(order)}
     fold = np.array([fold_of[cell[0]["case"]["group"]] for cell, _ in cells])
     losses = np.array(
-        [temperature_losses(table, cell[0]["case"]["truth"]) for cell, table in cells]
+        [temperature_losses(table, truths_in(cell[0]["case"])) for cell, table in cells]
     )
     best = [float(TEMPERATURES[(losses[fold != k].sum(axis=0)).argmin()]) for k in range(FOLDS)]
     return [best[k] for k in fold]
+
+
+def truths_in(case: Mapping[str, Any]) -> list[int | None]:
+    """[T] index of the true goal after each turn; None where it is not listed."""
+    return case.get("truths") or [case["truth"]] * len(case["turns"])
 
 
 TURNS = (1, 2, 3, 4, 5, None)
@@ -175,7 +188,10 @@ def read_dialogues(cells: Iterable[Measured]) -> tuple[Sample, ...]:
     A record is the belief of a `predictor` after a `turn` of a `case`; `last` if the dialogue ends
     there. It has the metrics of `scores`; `sure`, the probability of the likeliest goal; and where
     goals can be left out, `absent` and `present`: the log-odds of Unspecified in nats without the
-    true goal and without a wrong one, and whether Unspecified leads then.
+    true goal and without a wrong one, and whether Unspecified leads then. Where the true goal is
+    not listed to begin with, it has `absent` alone. Where the true goal is another one than at the
+    turn before, it has `at once` and `within 3`: whether it leads then, and at that turn or one of
+    the next two; Unspecified stands for a goal that is not listed.
 
     Args:
         cells: Of any kind.
@@ -211,16 +227,21 @@ def number_of(sample: Sample) -> str:
 
 def reliability_of(records: Sequence[Record]) -> Reliability:
     """The calibration of the beliefs."""
-    return reliability([each["sure"] for each in records], [each["top1"] for each in records])
+    listed = [each for each in records if "sure" in each]
+    return reliability([each["sure"] for each in listed], [each["top1"] for each in listed])
 
 
 def area(records: Sequence[Record]) -> Estimate | None:
     """How well Unspecified detects that the true goal is left out; None for a single group."""
-    found = [each for each in records if "absent" in each]
+    found = [each for each in records if "present" in each]
     groups = [each["group"] for each in found]
     if len({*groups}) < 2:
         return None
-    absent, present = ([each[kind] for each in found] for kind in ("absent", "present"))
+    present = [each["present"] for each in found]
+    if real := [each["absent"] for each in records if "absent" in each and "present" not in each]:
+        apart = np.subtract.outer(real, present)
+        return Estimate(float(((apart > 0) + 0.5 * (apart == 0)).mean()), groups=len({*groups}))
+    absent = [each["absent"] for each in found]
     return Estimate(*auroc(absent, present, groups), groups=len({*groups}))
 
 
@@ -257,6 +278,26 @@ def dialogue_table(sample: Sample) -> Table:
     title = f"Goals inferred from dialogues: {sample.title}, {number_of(sample)}"
     notes = (*sample.notes, *NOTES)
     return Table(f"dialogues-{sample.name}", title, rows_of(groups, COLUMNS), notes)
+
+
+def following_table(sample: Sample) -> Table:
+    """How soon a belief follows a change of the goal; without rows where no goal changes."""
+    groups = [
+        ({"predictor": predictor}, records)
+        for predictor in predictors_of(sample)
+        if (records := [each for each in sample.where(predictor=predictor) if "at once" in each])
+    ]
+    columns = (
+        count("changes"),
+        average("at once", "at once", "percent"),
+        average("within 3", "within 3", "percent"),
+    )
+    note = (
+        "How often the new goal is the likeliest at the turn that tells it, and there or at one of "
+        "the next two. Unspecified stands for a goal that is not listed."
+    )
+    title = f"Changes of the goal: {sample.title}"
+    return Table(f"following-{sample.name}", title, rows_of(groups, columns), (note,))
 
 
 MEASURES: tuple[tuple[str, str, Form], ...] = (
@@ -298,7 +339,7 @@ def dialogue_differences(sample: Sample) -> Table:
 def _group_means(sample: Sample, one: str, other: str, key: str) -> tuple[list[float], list[float]]:
     """A measure of two predictors after the last turn, by group of dialogues that both judged."""
     first, second = (
-        {record["case"]["id"]: record for record in after_turn(sample, each, None)}
+        {record["case"]["id"]: record for record in after_turn(sample, each, None) if key in record}
         for each in (one, other)
     )
     groups: dict[str, list[str]] = {}
@@ -377,32 +418,55 @@ def _scored(
     """A record for each turn; goals are left out if a calibration of Unspecified is given."""
     case = cell[0]["case"]
     beside = _left_out(cell, calibration) if calibration and len(case["goals"]) > 2 else []
+    truths = truths_in(case)
     for turn, belief in enumerate(beliefs, 1):
-        good = scores(belief, case["truth"])
-        yield {
+        record = {
             "predictor": predictor,
             "turn": turn,
             "last": turn == len(beliefs),
             "case": case,
             "group": case["group"],
-            "sure": float(np.exp(belief.max())),
-            **{key: getattr(good, key) for key in ("top1", "reciprocal_rank", "log_loss", "brier")},
-            **(beside[turn - 1] if beside else {}),
+            **({k: v for k, v in beside[turn - 1].items() if k != "leads"} if beside else {}),
         }
+        if beside and turn > 1 and truths[turn - 1] != truths[turn - 2]:
+            record |= _follows(beside, truths, turn - 1)
+        if (truth := truths[turn - 1]) is not None:
+            good = scores(belief, truth)
+            record["sure"] = float(np.exp(belief.max()))
+            for key in ("top1", "reciprocal_rank", "log_loss", "brier"):
+                record[key] = getattr(good, key)
+        yield record
+
+
+def _follows(
+    beside: Sequence[Mapping[str, float]], truths: Sequence[int | None], turn: int
+) -> dict[str, float]:
+    """Whether the belief follows a change at a turn, counted from 0."""
+    ahead = [
+        beside[later]["leads"] == (-1 if truths[turn] is None else truths[turn])
+        for later in range(turn, min(turn + 3, len(truths)))
+        if truths[later] == truths[turn]
+    ]
+    return {"at once": float(ahead[0]), "within 3": float(any(ahead))}
 
 
 def _left_out(cell: Measured, calibration: Calibration) -> list[dict[str, float]]:
     """Unspecified by turn, with the true goal left out (absent) and with a wrong one (present)."""
     case, result = cell[0]["case"], cell[1]
-    table = np.column_stack([result["unspecified"], result["role-play"]])
-    truth = case["truth"] + 1
-    wrong = [place for place in range(1, table.shape[1]) if place != truth]
-    rows: list[dict[str, float]] = [{} for _ in table]
-    for kind, out in (("absent", truth), ("present", chance(0, case["id"]).choice(wrong))):
-        beliefs = beside_unspecified(np.delete(table, out, axis=1), calibration)
-        for row, belief in zip(rows, beliefs, strict=True):
-            row[kind] = float(belief[0] - np.logaddexp.reduce(belief[1:]))
-            row[f"leads_{kind}"] = float(belief[0] > belief[1:].max())
+    table = np.column_stack([result["unspecified"], evidence_in(result, calibration)])
+    truths = truths_in(case)
+    wrong = [place for place in range(table.shape[1] - 1) if place not in truths]
+    other = chance(0, case["id"]).choice(wrong) if wrong else None
+    whole = beside_unspecified(table, calibration)
+    rows = [{"leads": float(belief.argmax() - 1)} for belief in whole]
+    for out in {*truths, other}:
+        kept = table if out is None else np.delete(table, out + 1, axis=1)
+        beliefs = beside_unspecified(kept, calibration)
+        for row, belief, truth in zip(rows, beliefs, truths, strict=True):
+            kind = "absent" if out == truth else "present"
+            if kind == "absent" or (out == other and truth is not None):
+                row[kind] = float(belief[0] - np.logaddexp.reduce(belief[1:]))
+                row[f"leads_{kind}"] = float(belief[0] > belief[1:].max())
     return rows
 
 

@@ -10,16 +10,20 @@ from typing import Any
 
 import numpy as np
 
-from goalscope.base.arrays import Array
+from goalscope.base.arrays import Array, Flags
 from goalscope.base.optional_packages import package
 from goalscope.base.stats import auroc
 from goalscope.base.types import GoalscopeError, InvalidInputError
 from goalscope.belief.belief import log_posteriors
 from goalscope.belief.calibration import DEFAULT, EPSILONS, Calibration
 from goalscope.datasets.goal_sets import chance
+from goalscope.experiment.dialogues import truths_in
 
 FOLDS = 5
 """Parts of the groups of dialogues, each judged by a calibration fitted on the others."""
+
+LISTED = 0.8
+"""Share of people whose goal is listed, by assumption; it weighs them, and is the prior."""
 
 _LEAST, _MOST = 0.05, 20.0  # temperature
 
@@ -34,7 +38,8 @@ class Observed:
         origin: Its set, and how its goals were drawn; all origins have the same weight.
         goals: [T, G] log-likelihoods in nats.
         unspecified: [T] log-likelihoods without a goal, nats.
-        truth: Index of the true goal.
+        truths: [T] index of the true goal after each turn; None where it is not listed.
+        likeness: [T, G] of words and goals; None where none was measured.
     """
 
     id: str
@@ -42,7 +47,8 @@ class Observed:
     origin: str
     goals: Array
     unspecified: Array
-    truth: int
+    truths: Sequence[int | None]
+    likeness: Array | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -68,12 +74,15 @@ class Quality:
 class Tables:
     """Many dialogues, each twice: with the true goal among the goals, and without it.
 
-    A wrong goal is left out in the first case, so that both have as many goals. Where the true goal
-    is left out, Unspecified is the truth.
+    A wrong goal is left out in the first case. In the second all goals are that are true at some
+    turn, and Unspecified is the truth, as it is where no listed goal is true to begin with.
 
     Attributes:
-        log_likelihood: [2, N, T, G] in nats; Unspecified first, and the true goal second where it
-            is among them. Padded with 0 for turns and -inf for goals.
+        log_likelihood: [2, N, T, G] in nats; Unspecified first. Padded with 0 for turns and -inf
+            for goals.
+        likeness: [2, N, T, G] of words and goals.
+        truth: [2, N, T] index of what is true.
+        listed: [N] whether a listed goal is true after the last turn.
         turns: [N] number of turns.
         drawn: [N] a turn of each, drawn at random, from 0.
         weight: [N] of the dialogues, the same for all sets; they sum to 1.
@@ -84,31 +93,43 @@ class Tables:
         self.turns = np.array([len(each.goals) for each in dialogues])
         width = max(each.goals.shape[1] for each in dialogues)
         self.log_likelihood = np.full((2, n, self.turns.max(), width), -np.inf)
+        self.likeness = np.zeros_like(self.log_likelihood)
+        self.truth = np.zeros((2, n, int(self.turns.max())), dtype=int)
+        self.listed = np.array([each.truths[-1] is not None for each in dialogues])
         self.drawn = np.zeros(n, dtype=int)
         sets = Counter(each.origin for each in dialogues)
         self.weight = np.array([1 / len(sets) / sets[each.origin] for each in dialogues])
         for i, each in enumerate(dialogues):
             random, (turns, goals) = chance(0, each.id), each.goals.shape
-            wrong = [place for place in range(goals) if place != each.truth]
-            out = random.choice(wrong)
+            true = [*dict.fromkeys(place for place in each.truths if place is not None)]
+            wrong = [place for place in range(goals) if place not in true]
+            out = random.choice(wrong) if wrong else None
             rest = [place for place in wrong if place != out]
             self.drawn[i] = random.randrange(turns)
-            for kind, first in enumerate((each.truth, out)):
-                table = np.column_stack([each.unspecified, each.goals[:, [first, *rest]]])
-                self.log_likelihood[kind, i, :turns, :goals] = table
-                self.log_likelihood[kind, i, turns:, :goals] = 0.0
+            places = {None: 0} | {place: n for n, place in enumerate(true, 1)}
+            self.truth[0, i, :turns] = [places[place] for place in each.truths]
+            for kind, kept in enumerate(([*true, *rest], wrong)):
+                table = np.column_stack([each.unspecified, each.goals[:, kept]])
+                self.log_likelihood[kind, i, :turns, : 1 + len(kept)] = table
+                self.log_likelihood[kind, i, turns:, : 1 + len(kept)] = 0.0
+                if each.likeness is not None:
+                    self.likeness[kind, i, :turns, 1 : 1 + len(kept)] = each.likeness[:, kept]
 
     def believe(self, calibration: Calibration) -> Array:
         """[2, N, T, G] log-posteriors in nats, after each turn."""
-        width = self.log_likelihood.shape[-1]
-        prior = np.where(np.isneginf(self.log_likelihood[:, :, 0]), -np.inf, 0.0)
+        table = self.log_likelihood
+        width = int(table.shape[-1])
+        prior = np.where(np.isneginf(table[:, :, 0]), -np.inf, 0.0)
         stated = np.greater(np.arange(width), 0)
-        return log_posteriors(prior, self.log_likelihood, stated, calibration)[:, :, 1:]
+        if calibration.similarity:
+            table = table + calibration.similarity * self.likeness
+        return log_posteriors(prior, table, stated, calibration)[:, :, 1:]
 
     def losses(self, beliefs: Array) -> Array:
-        """[N] log-loss of the truth, nats: mean over turns and both kinds of goal sets."""
-        own: Array = (beliefs[0, :, :, 1] + beliefs[1, :, :, 0]) / 2
-        real = np.less(np.arange(self.log_likelihood.shape[2]), self.turns[:, None])
+        """[N] log-loss of the truth, nats: mean over turns, and both kinds by `LISTED`."""
+        each: Array = np.take_along_axis(beliefs, self.truth[..., None], -1)[..., 0]
+        own: Array = LISTED * each[0] + (1 - LISTED) * each[1]
+        real = np.less(np.arange(self.truth.shape[-1]), self.turns[:, None])
         return -np.where(real, own, 0.0).sum(1) / self.turns
 
     def log_loss(self, calibration: Calibration) -> float:
@@ -117,8 +138,10 @@ class Tables:
 
     def drawn_turn(self, beliefs: Array) -> tuple[Array, Array]:
         """Probabilities [2, N, G] after the drawn turn, and those of the truth [2, N]."""
-        found = np.exp(beliefs[:, np.arange(len(self.turns)), self.drawn])
-        return found, np.stack([found[0, :, 1], found[1, :, 0]])
+        every = np.arange(len(self.turns))
+        found = np.exp(beliefs[:, every, self.drawn])
+        true = self.truth[:, every, self.drawn]
+        return found, np.take_along_axis(found, true[..., None], -1)[..., 0]
 
     def conformal_sets(self, beliefs: Array, threshold: float) -> tuple[Array, Array]:
         """Whether the set after the drawn turn holds the truth, and its size, both [2, N]."""
@@ -146,22 +169,26 @@ def observed_in(cells: Iterable[tuple[Mapping[str, Any], Mapping[str, Any]]]) ->
             continue
         case, goals = spec["case"], np.array(result["role-play"], dtype=np.float64)
         if goals.shape[1] > 2:
-            unspecified = np.array(result["unspecified"], dtype=np.float64)
             origin = f"{spec['set']} {spec['goal_set']}"
-            group = f"{spec['set']} {case['group']}"
             found[origin, case["id"]] = Observed(
-                case["id"], group, origin, goals, unspecified, case["truth"]
+                case["id"],
+                f"{spec['set']} {case['group']}",
+                origin,
+                goals,
+                np.array(result["unspecified"], dtype=np.float64),
+                truths_in(case),
+                np.array(each, np.float64) if (each := result.get("likeness")) else None,
             )
     return [*found.values()]
 
 
 def fit_calibration(dialogues: Sequence[Observed]) -> Calibration:
-    """Temperature and reference with the least log-loss, and thresholds.
+    """Temperature, reference and similarity with the least log-loss, and thresholds.
 
-    The log-loss is that of the truth over all turns, half of the time with the true goal among the
-    goals and half of the time without it, where Unspecified is the truth. The chance of a change of
-    mind and the weights of asides and orders are those of `DEFAULT`: such dialogues have hardly any
-    changes of mind, and they are not read.
+    The log-loss is that of the truth over all turns, with the true goal among the goals and (in one
+    of five, see `LISTED`) without it, where Unspecified is the truth. The chance of a change of
+    mind and the weights of asides and orders are those of `DEFAULT`: most such dialogues have
+    hardly any changes of mind, and they are not read.
 
     Thresholds are cross-conformal: the truth had at least that probability in all but a share eps
     of the dialogues, each judged by a calibration fitted on other people, both with the true goal
@@ -203,6 +230,7 @@ def quality(
     held: list[Array] = []
     sizes: list[Array] = []
     groups: list[str] = []
+    listing: list[Flags] = []
     sets = Counter(each.origin for each in dialogues)
     for train, rest in _folds(dialogues):
         own = calibration or fit_calibration(train)
@@ -212,16 +240,19 @@ def quality(
         weights.append(np.array([1 / len(sets) / sets[each.origin] for each in rest]))
         odds.append(tables.last_odds(beliefs))
         groups += [each.group for each in rest]
+        listing.append(tables.listed)
         if eps in dict(own.thresholds):
             holds, size = tables.conformal_sets(beliefs, dict(own.thresholds)[eps])
             held.append(holds)
             sizes.append(size.ravel())
-    present, absent = np.concatenate(odds, axis=1)
+    present, absent = np.concatenate(odds, axis=1)[:, listed := np.concatenate(listing)]
     coverage = np.concatenate(held, axis=1).mean(1).tolist() if held else None
     return Quality(
         n=len(dialogues),
         log_loss=float(np.concatenate(weights) @ np.concatenate(losses)),
-        auroc=auroc(absent, present, groups)[0],
+        auroc=auroc(
+            absent, present, [group for group, own in zip(groups, listed, strict=True) if own]
+        )[0],
         coverage=(coverage[0], coverage[1]) if coverage else None,
         size=float(np.concatenate(sizes).mean()) if sizes else None,
     )
@@ -231,24 +262,28 @@ def _fit(tables: Tables) -> Calibration:
     optimize = package("scipy.optimize", "Calibration needs", GoalscopeError)
 
     def of(numbers: Array) -> Calibration:
-        temperature, reference = numbers.tolist()
+        temperature, reference, similarity = numbers.tolist()
+        found = round(min(max(math.exp(temperature), _LEAST), _MOST), 4)
         return replace(
             DEFAULT,
-            temperature=round(min(max(math.exp(temperature), _LEAST), _MOST), 4),
+            temperature=found,
             reference=round(1 / (1 + math.exp(-reference)), 4),
+            prior_unspecified=round(1 - LISTED, 4),
+            similarity=round(found * abs(similarity), 4) if alike else 0.0,
         )
 
     def loss(numbers: Array) -> float:
         return tables.log_loss(of(numbers))
 
-    start = np.array([math.log(2), math.log(0.5)])
+    alike = bool(tables.likeness.any())
+    start = np.array([math.log(2), math.log(0.5), 5.0])
     found = optimize.minimize(
         loss,
         start,
         method="Nelder-Mead",
         options={
-            "initial_simplex": start + np.array([[0, 0], [0.5, 0], [0, 1.0]]),
-            "maxfev": 180,
+            "initial_simplex": start + np.array([[0, 0, 0], [0.5, 0, 0], [0, 1.0, 0], [0, 0, 2.0]]),
+            "maxfev": 270,
             "xatol": 0.02,
             "fatol": 1e-4,
         },

@@ -107,12 +107,12 @@ def _fitted_on(sources: tuple[str, ...], folder: str | None) -> tuple[str, dict[
 
 
 def fit_baselines(cases: Sequence[Case]) -> dict[str, Fitted]:
-    """Fit each of `FITTED_METHODS`; the order of the cases does not matter.
+    """Fit each of `FITTED_METHODS` on what people want in the end; the order does not matter.
 
     Raises:
         InvalidInputError: The cases have a single group, or no words.
     """
-    cases = sorted(cases, key=repr)
+    cases = sorted((case for case in cases if case.truth is not None), key=repr)
     groups = sorted({case.group for case in cases})
     if len(groups) < 2:
         raise InvalidInputError(
@@ -138,7 +138,7 @@ def _temperature(score: Score, cases: Sequence[Case]) -> tuple[float, float]:
     losses = np.zeros(len(TEMPERATURES))
     for case in cases:
         table = score([goal.text for goal in case.goals], so_far(case.turns))
-        losses += temperature_losses(table, _truth(case))
+        losses += temperature_losses(table, case.each_truth)
     least = float(losses.min())
     same = np.isclose(losses, least, rtol=1e-9)
     return least, float(TEMPERATURES[same].max())

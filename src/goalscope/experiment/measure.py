@@ -20,14 +20,12 @@ from goalscope.base.stats import log_softmax
 from goalscope.base.types import (
     UNSPECIFIED,
     Action,
-    Goal,
     GoalscopeError,
     InvalidInputError,
     Profile,
-    Turn,
 )
-from goalscope.belief.likelihood import Likelihood, RolePlay, evidence_of
-from goalscope.datasets.case import Case, said_key
+from goalscope.belief.likelihood import Likelihood, RolePlay, evidence_of, likeness
+from goalscope.datasets.case import case_from_json, said_key
 from goalscope.datasets.goal_sets import goal_key
 from goalscope.envs import Environment, Outcome, execute
 from goalscope.envs.registry import (
@@ -203,37 +201,34 @@ def _question(model: ModelSet, spec: Mapping[str, Any]) -> dict[str, Any]:
 
 
 def _dialogue(model: ModelSet, spec: Mapping[str, Any]) -> dict[str, Any]:
-    """Evidence for each goal after each turn, by every way; of a change of mind, by one.
+    """Evidence for each goal after each turn, by every way.
 
     Returns:
         `role-play` [T, G] log-likelihoods in nats, turn by turn, by the role-play likelihood or
-        another one; `unspecified` [T], the same without a goal; `calibration`, how they become
-        probabilities; `window`, the first turn that the model could still read at the end;
-        `tfidf`, `bm25`, `embedding` [T, G], how like each goal is to all words so far; `fitted` and
-        `methods`, [T, G] log-probabilities by each fitted baseline and each method of one's own;
-        `outright` [T] and `letters` [T, G], what the model answers if asked; `seen`, whether its
-        adapter was fitted on the text of the true goal, and `learned`, whether on these very words;
-        None where no adapter tells.
+        another one; `unspecified` [T], the same without a goal; `likeness` [T, G] of the words and
+        each goal, beside role-play; `calibration`, how they become probabilities; `window`, the
+        first turn that the model could still read at the end; `tfidf`, `bm25`, `embedding` [T, G],
+        how like each goal is to all words so far; `fitted` and `methods`, [T, G] log-probabilities
+        by each fitted baseline and each method of one's own; `outright` [T] and `letters` [T, G],
+        what the model answers if asked; `seen`, whether its adapter was fitted on the text of the
+        true goal, and `learned`, whether on these very words; None where no adapter tells.
     """
-    data = spec["case"]  # of `case_to_json`
-    turns = tuple(Turn(**turn) for turn in data["turns"])
-    goals = tuple(map(Goal, data["goals"]))
-    case = Case(data["id"], data["group"], data["task"], turns, goals, data["truth"])
+    case = case_from_json(spec["case"])
+    goals, turns = case.goals, case.turns
     if name := spec.get("likelihood"):
         _check_files(f"{name} has", hashes_of(Settings(likelihood=name)), spec["files"])
         likelihood = own_likelihood(name, model)
     else:
-        likelihood = RolePlay(model, layout=spec["layout"])
+        likelihood = RolePlay(model, layout=spec["layout"], similarity=0.0)
     read = isinstance(likelihood, RolePlay)
     table = evidence_of(likelihood, case.task, [*goals, UNSPECIFIED], turns)
     result: dict[str, Any] = {
         "role-play": table[:, :-1].tolist(),
         "unspecified": table[:, -1].tolist(),
+        "likeness": likeness(goals, turns).tolist() if read else [],
         "calibration": asdict(likelihood.calibration),
         "window": likelihood.window(case.task, turns) if read else 0,
     }
-    if spec["kind"] == "change":
-        return result
     fitted: Mapping[str, Fitted] = fitted_on(**spec["fit"]) if spec.get("fit") else {}
     result |= {
         "tfidf": tfidf(goals, turns).tolist(),
@@ -369,7 +364,6 @@ def _judge(model: ModelSet, spec: Mapping[str, Any]) -> dict[str, Any]:
 KINDS = {
     "mcq": _question,
     "dialogue": _dialogue,
-    "change": _dialogue,
     "episode": _episode,
     "judge": _judge,
 }

@@ -132,7 +132,7 @@ def measure_question(
     """
     words = question.choices[question.answer]
     goals = [(key, text) for key in question.choices for text in question.rephrasings[key]]
-    roleplay = RolePlay(model, layout=layout)
+    roleplay = RolePlay(model, layout=layout, similarity=0.0)
     support = [*(Goal(text) for _, text in goals), UNSPECIFIED]
     listed = [f"{key}. {text}" for key, text in question.choices.items()]
     others = [f"- {text}" for text in question.choices.values() if text != words]

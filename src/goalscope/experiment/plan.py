@@ -344,9 +344,11 @@ def _dialogue_specs(
             f"{part.jsonl} has its own goals. Leave out 'split' and 'goal_sets', which only "
             "apply to datasets."
         )
-    if part.change is not None:
-        yield from _change_specs(part, part.change, model, folder)
-        return
+    if part.change and (part.jsonl or part.turns or part.goal_sets not in ((), ("random",))):
+        raise InvalidInputError(
+            "A change of mind is scripted from the dialogues of a dataset, with random goals "
+            "and turns up to the third after it. Leave out 'jsonl', 'turns' and 'goal_sets'."
+        )
     own = _own_likelihood(part)
     if part.methods:
         named = [load_own(name, "method") for name in part.methods]
@@ -356,10 +358,11 @@ def _dialogue_specs(
     training = training_cases(sources, data)
     if sources:
         own["fit"] = {"sources": [*sources], "folder": data, "sha256": cases_digest(training)}
-    goal_sets = part.goal_sets or (DATASETS[part.set].goal_sets if part.set else ("own",))
+    every = ("random",) if part.change else DATASETS[part.set].goal_sets if part.set else ("own",)
+    goal_sets = part.goal_sets or every
     for goal_set in goal_sets:
-        is_drawn = goal_set in ("random", "hard")
-        drawn = {"goals": part.goals, "seed": part.seed} if is_drawn else {}
+        is_drawn = part.set and goal_set != "complete"
+        drawn: dict[str, Any] = {"goals": part.goals, "seed": part.seed} if is_drawn else {}
         if part.jsonl:
             split = "own"
             cases = read_cases(_file(part.jsonl, folder))[: part.limit]
@@ -372,8 +375,11 @@ def _dialogue_specs(
                 goal_set=goal_set,
                 goals=part.goals,
                 seed=part.seed,
-                limit=part.limit,
+                limit=None if part.change else part.limit,
             )
+        if part.change:
+            scripts = changes_of(cases, round=part.change, goals=part.goals, seed=part.seed)
+            cases, drawn["change"] = scripts[: part.limit], part.change
         check_unseen(cases, training)
         for case in cases:
             for layout in part.layouts:
@@ -382,44 +388,14 @@ def _dialogue_specs(
                     "set": part.set or Path(part.jsonl).stem,
                     "split": split,
                     "goal_set": goal_set,
-                    "case": case_to_json(replace(case, turns=case.turns[: part.turns])),
+                    "case": case_to_json(case.until(part.turns)),
                     "model": model,
                     **drawn,
                     "turns": part.turns,
                     "layout": layout,
-                    "outright": part.outright,
+                    "outright": part.outright and not part.change,
                     **own,
                 }
-
-
-def _change_specs(
-    part: DialoguesPart, round: int, model: Model, folder: Path | None
-) -> Iterator[dict[str, Any]]:
-    none = (part.jsonl, part.turns, part.fit, part.methods)
-    if any(none) or part.goal_sets not in ((), ("random",)):
-        raise InvalidInputError(
-            "A change of mind is scripted from the dialogues of a dataset, with random goals "
-            "and turns up to the third after it. Leave out 'jsonl', 'turns', 'fit', 'methods' and "
-            "'goal_sets'."
-        )
-    own = _own_likelihood(part)
-    split = part.split or DATASETS[part.set].split
-    cases = load(part.set, data_folder(folder), split=split, goals=part.goals, seed=part.seed)
-    found = changes_of(cases, round=round, goals=part.goals, seed=part.seed)
-    for script, layout in itertools.product(found[: part.limit], part.layouts):
-        yield {
-            "kind": "change",
-            "set": part.set,
-            "split": split,
-            "goal_set": "random",
-            "case": {**case_to_json(script.case), "second": script.second},
-            "change": round,
-            "model": model,
-            "goals": part.goals,
-            "seed": part.seed,
-            "layout": layout,
-            **own,
-        }
 
 
 def _own_likelihood(part: DialoguesPart | EpisodesPart) -> dict[str, Any]:

@@ -29,17 +29,26 @@ class Example:
 
     Attributes:
         task: The assistant's task.
-        goals: The true goal, `UNSPECIFIED`, and wrong ones.
+        goals: `UNSPECIFIED`, the true ones, and wrong ones.
         turns: The turns.
+        truths: [T] index of the true goal after each turn.
         negatives: Number of all wrong goals of the dialogue, from which some were drawn.
+        compared: Whether the similarity of words and goals counts as evidence.
         group: Group of the dialogue.
     """
 
     task: str
     goals: Sequence[Goal]
     turns: Sequence[Turn]
+    truths: Sequence[int]
     negatives: int
+    compared: bool
     group: str
+
+    @property
+    def true(self) -> frozenset[int]:
+        """Indices of the goals that are true at some turn."""
+        return frozenset(self.truths)
 
 
 class Learner:

@@ -117,7 +117,7 @@ class Plan:
                 adapted = len({number for number, _ in start.layers})
                 share = adapted / config.num_hidden_layers
                 settings = replace(settings, rank=start.rank, layers=share)
-            roleplay = RolePlay(model, layout=self._layout)
+            roleplay = RolePlay(model, layout=self._layout, similarity=0.0)
             _check_lengths(roleplay, self._sources, settings.longest)
             learner = Learner(
                 model,
@@ -146,7 +146,12 @@ class Plan:
         cases = list(chain.from_iterable(learned))
         own = {
             FITTED_DIALOGUES: {said_key(case.turns) for case in cases},
-            FITTED_GOALS: {goal_key(case.true_goal.text) for case in cases},
+            FITTED_GOALS: {
+                goal_key(case.goals[place].text)
+                for case in cases
+                for place in case.each_truth
+                if place is not None
+            },
         }
         before = self._known.get(FITTED_SOURCES, "").split(", ")
         named = [f"{each.name} ({each.licence or 'own'})" for each in self._sources]

@@ -14,7 +14,6 @@ from typing import Any
 import numpy as np
 from filelock import FileLock, Timeout
 
-from goalscope.base.arrays import Array
 from goalscope.base.optional_packages import package
 from goalscope.base.stats import auroc
 from goalscope.base.types import UNSPECIFIED, GoalscopeError, InvalidInputError
@@ -22,9 +21,13 @@ from goalscope.belief.calibration import DEFAULT
 from goalscope.datasets.case import Case
 from goalscope.datasets.goal_sets import chance
 from goalscope.fitting.learner import Example, Learner
+from goalscope.models.embedding import embedded
 
 KEPT = 10
 """Steps between saved states."""
+
+CHANGES = 0.05
+"""Probability, before each turn but the first, that the person has changed their mind."""
 
 _WARM_UP = 0.05  # share of the steps in which the learning rate rises
 _CLIP = 1.0  # largest norm of a gradient
@@ -217,10 +220,12 @@ def writing_to(folder: Path) -> Generator[None]:
 class Settings:
     """How to fit.
 
-    The loss of a dialogue is the negative log-posterior of the true goal, with Unspecified among
-    the wrong ones, plus that of Unspecified with the true goal left out, averaged over turns; plus
-    `words_weight` times the negative log-probability of the person's words under the true goal and
-    under none, in nats per token.
+    The loss of a dialogue is the negative log-posterior of what is true after each turn, with
+    Unspecified among the wrong ones, plus that of Unspecified with the true goal left out, averaged
+    over turns; plus `words_weight` times the negative log-probability of the person's words under
+    the true goal and under none, in nats per token. Minds change as in a hidden Markov model (see
+    `CHANGES`). In half of the training dialogues, and in validation, the similarity of words and
+    goals counts as evidence, too, so that the words are learned both with it and without it.
 
     Attributes:
         words_weight: Weight of the words' log-probability in the loss.
@@ -236,6 +241,7 @@ class Settings:
         longest: Maximum number of turns of an example, which ends after any of the first turns.
         validation: Maximum number of validation dialogues.
         temperature: Divides the evidence, as at inference.
+        similarity: Nats for a cosine of 1 between the words and a goal, after the temperature.
         seed: Seed of all random draws.
     """
 
@@ -251,6 +257,7 @@ class Settings:
     longest: int = 5
     validation: int = 60
     temperature: float = DEFAULT.temperature
+    similarity: float = 8.0
     seed: int = 1
 
 
@@ -387,14 +394,25 @@ class Fit:
 
     def _loss(self, example: Example) -> Any:
         table = self._learner.log_likelihood(example)
-        goals = _goals_loss(table / self.settings.temperature, example)
-        words = -table[:, :2].sum() / (2 * self._learner.tokens(example))
+        goals = _goals_loss(self._evidence(table, example), example)
+        own = table[range(len(example.truths)), example.truths]
+        words = -(own + table[:, 0]).sum() / (2 * self._learner.tokens(example))
         return goals + self.settings.words_weight * words
+
+    def _evidence(self, table: Any, example: Example) -> Any:
+        """[T, G] in nats, from log-likelihoods; Unspecified is as similar as the mean goal."""
+        evidence = table / self.settings.temperature
+        if not (example.compared and self.settings.similarity):
+            return evidence
+        goals = embedded([goal.text for goal in example.goals[1:]])
+        likeness = embedded([turn.utterance for turn in example.turns]) @ goals.T
+        likeness = np.column_stack([likeness.mean(1), likeness])
+        return evidence + self.settings.similarity * evidence.new_tensor(likeness)
 
     def _validate(self, training: float | None) -> Progress:
         with package("torch").no_grad(), self._learner.enough_memory():
             tables = [
-                self._learner.log_likelihood(each) / self.settings.temperature
+                self._evidence(self._learner.log_likelihood(each), each)
                 for each in self._validation
             ]
         losses = [
@@ -408,8 +426,7 @@ class Fit:
                 "The model's log-probabilities are not finite. Test the model with "
                 "`goalscope models check`."
             )
-        last = [table.sum(0).double().cpu().numpy() for table in tables]
-        scores = _scores(last, [each.group for each in self._validation])
+        scores = _scores([table.double().cpu() for table in tables], self._validation)
         found = Validation(self.step, training, float(np.mean(losses)), *scores)
         if not self.history or found.loss < self.best.loss:
             self._best = self._learner.state()
@@ -435,43 +452,80 @@ class Fit:
 def _by_truth(cases: Sequence[Case]) -> list[list[Case]]:
     """Dialogues grouped by their true goal, so that frequent and rare goals are sampled equally.
 
-    Otherwise the text of a goal alone would reveal how likely it is to be true.
+    Otherwise the text of a goal alone would reveal how likely it is to be true. Where the goal
+    changes, or is none of the list, each dialogue is by itself.
     """
     found: dict[str, list[Case]] = {}
     for case in cases:
-        found.setdefault(case.true_goal.text, []).append(case)
+        found.setdefault(case.id if case.truths else case.true_goal.text, []).append(case)
     return list(found.values())
 
 
 def _example(case: Case, settings: Settings, name: str, *, validates: bool = False) -> Example:
     """The beginning of a dialogue, and some of its wrong goals."""
     random = chance(settings.seed, f"{name} parts")
-    wrong = [goal for place, goal in enumerate(case.goals) if place != case.truth]
     most = min(len(case.turns), settings.longest)
     end = most if validates else random.randint(1, most)
+    true = dict.fromkeys(place for place in case.each_truth[:end] if place is not None)
+    wrong = [goal for place, goal in enumerate(case.goals) if place not in true]
     negatives = settings.negatives * (2 if validates else 1)
     drawn = random.sample(wrong, min(len(wrong), negatives))
-    goals = (case.true_goal, UNSPECIFIED, *drawn)
-    return Example(case.task, goals, case.turns[:end], len(wrong), case.group)
+    goals = (UNSPECIFIED, *(case.goals[place] for place in true), *drawn)
+    place_of = {None: 0} | {place: n for n, place in enumerate(true, 1)}
+    truths = [place_of[place] for place in case.each_truth[:end]]
+    compared = validates or random.random() < 0.5
+    return Example(case.task, goals, case.turns[:end], truths, len(wrong), compared, case.group)
+
+
+def _beliefs(evidence: Any, example: Example, without: int | None = None) -> Any:
+    """[T, G] log-posteriors turn by turn, with a goal left out or not; 0 stays.
+
+    Before each turn but the first, the person may have changed their mind (see `CHANGES`).
+    """
+    torch = package("torch")
+    width, first = evidence.shape[1], 1 + len(example.true - {0})
+    prior = torch.zeros(width, dtype=evidence.dtype, device=evidence.device)
+    if width > first:
+        prior[first:] = math.log(example.negatives / (width - first))
+    if without is not None:
+        prior[without] = -1e9
+    prior = prior.log_softmax(-1)
+    row, rows = prior, list[Any]()
+    for turn, words in enumerate(evidence):
+        if turn:
+            row = torch.logaddexp(row + math.log1p(-CHANGES), prior + math.log(CHANGES))
+        row = (row + words).log_softmax(-1)
+        rows.append(row)
+    return torch.stack(rows)
 
 
 def _goals_loss(evidence: Any, example: Example) -> Any:
-    """The negative log-posteriors of what is true, from log-likelihoods [turns, goals]."""
-    belief = evidence.cumsum(0)
-    if belief.shape[1] > 2:
-        each = math.log(example.negatives / (belief.shape[1] - 2))
-        belief = package("torch").cat([belief[:, :2], belief[:, 2:] + each], -1)
-    present = belief.log_softmax(-1)[:, 0]
-    absent = belief[:, 1:].log_softmax(-1)[:, 0]
-    return -(present + absent).mean()
+    """The negative log-posteriors of what is true, from log-likelihoods [T, G]."""
+    turns = range(len(example.truths))
+    loss = -_beliefs(evidence, example)[turns, example.truths].sum()
+    for goal in sorted(example.true - {0}):
+        absent = _beliefs(evidence, example, without=goal)[:, 0]
+        loss -= sum(absent[turn] for turn in turns if example.truths[turn] == goal)
+    return loss / len(turns)
 
 
-def _scores(beliefs: Sequence[Array], groups: Sequence[str]) -> tuple[float, float, float]:
-    """Top-1, log-loss and AUROC of unnormalised log-posteriors [goals]."""
-    closed = [np.delete(belief, 1) for belief in beliefs]
-    top1 = np.mean([each[0] >= each[1:].max() for each in closed])
-    log_loss = np.mean([np.logaddexp.reduce(each) - each[0] for each in closed])
-    absent = [belief[1] - np.logaddexp.reduce(belief[2:]) for belief in beliefs]
-    present = [belief[1] - np.logaddexp.reduce([belief[0], *belief[3:]]) for belief in beliefs]
+def _scores(tables: Sequence[Any], examples: Sequence[Example]) -> tuple[float, float, float]:
+    """Top-1, log-loss and AUROC after the last turn, where a listed goal is true."""
+    right: list[bool] = []
+    losses: list[float] = []
+    absent: list[float] = []
+    present: list[float] = []
+    groups: list[str] = []
+    for table, example in zip(tables, examples, strict=True):
+        if not (truth := example.truths[-1]):
+            continue
+        belief = _beliefs(table, example)[-1, 1:].log_softmax(-1)
+        right.append(bool(belief.argmax() == truth - 1))
+        losses.append(-float(belief[truth - 1]))
+        if len(example.goals) > 2:
+            wrong = next(n for n in range(1, len(example.goals)) if n != truth)
+            absent.append(float(_beliefs(table, example, truth)[-1, 0]))
+            present.append(float(_beliefs(table, example, wrong)[-1, 0]))
+            groups.append(example.group)
     area = auroc(absent, present, groups)[0] if len(set(groups)) > 1 else 0.5
-    return float(top1), float(log_loss), area
+    return float(np.mean(right)), float(np.mean(losses)), area

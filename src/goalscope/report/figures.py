@@ -32,7 +32,7 @@ from goalscope.experiment.dialogues import (
 from goalscope.experiment.episodes import headings_of_judges, methods_of, outcome_of, read_episodes
 from goalscope.experiment.results import Cell
 from goalscope.experiment.summary import Estimate, Form, Row, Sample, mean_of, without_shared
-from goalscope.experiment.tables import question_tables, read_changes
+from goalscope.experiment.tables import question_tables
 
 COLOURS = ("#0072B2", "#E69F00", "#009E73", "#D55E00", "#CC79A7", "#56B4E9", "#999999")
 """The palette of Okabe and Ito, safe for colour-blind readers and for print."""
@@ -87,8 +87,6 @@ def figures_of(cells: Sequence[Cell]) -> Iterator[Figure]:
         yield from question_figures(table.rows)
     for dialogues in read_dialogues(measured):
         yield from belief_figures(dialogues)
-    for changes in read_changes(measured):
-        yield change_figure(changes)
     yield from method_figures(read_episodes(done))
 
 
@@ -298,32 +296,6 @@ def _turns_figure(
         "dialogues that share people; none where all values are equal."
     )
     return draw_figure(f"turns-{dialogues.name}", caption, (9, 3.5), paint)
-
-
-def change_figure(changes: Sample) -> Figure:
-    """Probability of the first and second goal by round, under each belief."""
-    means: dict[str, npt.NDArray[np.float64]] = {
-        name: np.mean([each["probabilities"] for each in changes.where(belief=name)], axis=0)
-        for name in dict.fromkeys(each["belief"] for each in changes.records)
-    }
-    change, last = changes.records[0]["round"], max(map(len, means.values()))
-
-    def paint(figure: Any) -> None:
-        axis = figure.subplots()
-        for (name, mean), colour in zip(means.items(), COLOURS, strict=False):
-            rounds = range(last - len(mean) + 1, last + 1)
-            axis.plot(rounds, mean[:, 1], color=colour, marker="o", label=name)
-            axis.plot(rounds, mean[:, 0], color=colour, ls="--", lw=1)
-        axis.axvline(change - 0.5, color=INK, ls=":", lw=1)
-        axis.set(ylim=(-0.02, 1.02), xlabel="round", ylabel="probability")
-        axis.set_xticks(range(1, last + 1))
-        figure.legend(loc="outside right upper")
-
-    caption = (
-        "Probability of the goal before the change (dashed), and of the one after it (solid), "
-        f"mean: {changes.title}. Dotted: the change, at round {change}."
-    )
-    return draw_figure(f"change-{changes.name}", caption, (7.4, 3.3), paint)
 
 
 def method_figures(samples: Sequence[Sample]) -> Iterator[Figure]:

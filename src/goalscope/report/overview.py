@@ -139,9 +139,9 @@ KINDS = (
     _Kind(
         "changes",
         "Changes of mind: how soon is the new goal the likeliest?",
-        r"changes-.*",
-        ("belief", "n", "followed within 1", "followed within 2", "followed within 3"),
-        "Followed within k rounds: the second goal was the likeliest after at least one of them.",
+        r"following-.*",
+        ("predictor", "changes", "at once", "within 3"),
+        "How often the new goal leads at the turn that tells it, or within three turns.",
     ),
 )
 

@@ -25,7 +25,7 @@ from goalscope.base.types import (
 )
 from goalscope.belief.advice import Advice, Advised, advised
 from goalscope.belief.belief import Belief
-from goalscope.belief.calibration import DEFAULT, calibration_named
+from goalscope.belief.calibration import DEFAULT
 from goalscope.belief.explain import Reason, reasons
 from goalscope.belief.goal_manager import GoalManager, made_from
 from goalscope.belief.tracker import Correction, GoalTracker
@@ -139,14 +139,13 @@ class Trackers:
         task = checked_text(task, "task", MAX_TEXT)
         with self._lock:
             model = self._model()
-            likelihood = likelihood_for(settings, model)
-            tracker = GoalTracker(task=task, likelihood=likelihood)
-            given = _new(tracker.belief, goals)
-            tracker.add(given)  # refuses goals with too many tokens
-            calibration = DEFAULT if propose and not given else likelihood.calibration
-            if settings.calibration:
-                calibration = calibration_named(settings.calibration)
-            belief = replace(tracker.belief, calibration=calibration)
+            given = goals_of(goals)
+            proposes = DEFAULT if propose and not given else None
+            likelihood = likelihood_for(settings, model, proposes)
+            tracker = GoalTracker(
+                task=task, likelihood=likelihood, calibration=settings.calibration or proposes
+            )
+            tracker.add(_new(tracker.belief, given))  # refuses goals with too many tokens
             new = new_episode(
                 domain=TRACKING,
                 method="good",
@@ -154,7 +153,7 @@ class Trackers:
                 task=task,
                 settings={**asdict(settings), TRACKING: propose},
             )
-            self._store.append(new["id"], Round(0, Turn("", ""), belief, ()), new=new)
+            self._store.append(new["id"], Round(0, Turn("", ""), tracker.belief, ()), new=new)
         return self.read(new["id"])
 
     def sessions(self, *, limit: int | None = None, offset: int = 0) -> list[EpisodeInfo]:
@@ -299,7 +298,9 @@ class Trackers:
                 f"This session uses the model {session.info.model}, not {model_name(model)}. "
                 "Open another one."
             )
-        likelihood = likelihood_for(settings_of(session.info.settings), model)
+        likelihood = likelihood_for(
+            settings_of(session.info.settings), model, session.belief.calibration
+        )
         tracker = GoalTracker(task=session.info.task, likelihood=likelihood)
         tracker.restore(session.belief, session.turns)
         return model, tracker
