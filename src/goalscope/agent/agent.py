@@ -8,6 +8,8 @@ from dataclasses import replace
 from functools import partial
 from typing import Literal, get_args
 
+import numpy as np
+
 from goalscope.agent.executor import Execution, Executor
 from goalscope.agent.guards import UNSURE
 from goalscope.agent.people import FALLBACK, OPENING, Human, ask, completes, question_of
@@ -44,6 +46,7 @@ from goalscope.language.matcher import Matcher
 from goalscope.language.orders import TELLING, Order, Reading, examples_of, is_aside
 from goalscope.language.reader import Reader, ReadExample, reader_of
 from goalscope.models import Model, Roles
+from goalscope.models.embedding import embedded
 from goalscope.models.trace import during, note
 
 Ablation = Literal["good", "no-goals", "no-inference"]
@@ -51,6 +54,12 @@ Ablation = Literal["good", "no-goals", "no-inference"]
 
 K = 3
 """Number of goals that an agent acts on (k in Algorithm 1; the paper gives no figure)."""
+
+GIVEN_UP = 0.1
+"""Probability of a goal, and goals like it, below which what was guessed for it is taken back."""
+
+ALIKE = 0.6
+"""Cosine from which two goals mean nearly the same."""
 
 NO_GOAL = "The goals do not explain the newest words, and no better ones were found."
 """A round's note where a goal is missing."""
@@ -159,9 +168,11 @@ class Agent:
         self.tracker: Tracker
         if method == "good":
             own = PAPER if self._is_paper or isinstance(likelihood, Implied) else DEFAULT
-            likelihood = likelihood or role_play(model, paper=self._is_paper)
+            calibration = calibration or own
             self.tracker = GoalTracker(
-                task=env.task, likelihood=likelihood, calibration=calibration or own
+                task=env.task,
+                likelihood=likelihood or role_play(model, calibration, paper=self._is_paper),
+                calibration=calibration,
             )
         else:
             self.tracker = GoalOrder(
@@ -268,6 +279,8 @@ class Agent:
                 if reading
                 else Execution(turn, Reading(()))
             )
+            if reading and not done.harm and (given_up := self._given_up(reading)):
+                self._executor.give_up(self.rounds, given_up, done)
             plan = self._act(turn, reading, done)  # Action Module, Sec. 3.3
             round = self._ended(begun, done, plan, unread + unexplained)
             if keep:
@@ -431,6 +444,22 @@ class Agent:
             done.notes.append(f"No plan was made. {error}")
             return Outcome()
 
+    def _given_up(self, reading: Reading) -> list[str]:
+        """Goals for which something was guessed, and that are improbable by now.
+
+        A goal is as probable as all goals together that mean nearly the same. Words that only give
+        orders, such as to buy what is there, give up none.
+        """
+        if not (reading.tells("aim") or reading.only_tells):
+            return []
+        held = [(goal.text, p) for goal, p in self.belief.top() if goal != UNSPECIFIED]
+        served = [*dict.fromkeys(guess.goal for each in self.rounds for guess in each.guessed)]
+        if not served or not self.belief.inferred:
+            return []
+        alike = embedded(served) @ embedded([text for text, _ in held]).T >= ALIKE
+        left = alike @ np.array([p for _, p in held])
+        return [goal for goal, p in zip(served, left, strict=True) if goal and p < GIVEN_UP]
+
     def _may_act(self, turn: Turn, reading: Reading, done: Execution) -> bool:
         """Whether something may be done unasked.
 
@@ -473,6 +502,8 @@ class Agent:
             released=done.released,
             retracts=done.retracts,
             reversals=done.reversals,
+            guessed=outcome.guessed,
+            given_up=done.given_up,
             state=self.env.state().fingerprint,
             terminated=done.ended
             or any(result.terminated for result in outcome.results)
@@ -507,12 +538,22 @@ def _trace_round(round: Round) -> None:
     )
 
 
-def role_play(model: Model, layout: Layout | None = None, *, paper: bool = False) -> RolePlay:
-    """The role-play likelihood; the paper's has its goal first, and no adapter."""
+def role_play(
+    model: Model,
+    calibration: Calibration | None = None,
+    layout: Layout | None = None,
+    *,
+    paper: bool = False,
+) -> RolePlay:
+    """The role-play likelihood with the similarity of a calibration, or else of its own.
+
+    The paper's has its goal first, no adapter and no similarity.
+    """
     if paper:
         scorer = model.scorer if isinstance(model, Roles) else model
-        return RolePlay(scorer, layout=layout or "goal-first")
-    return RolePlay(model, layout=layout or DEFAULT_LAYOUT)
+        return RolePlay(scorer, layout=layout or "goal-first", similarity=0.0)
+    similarity = calibration.similarity if calibration else None
+    return RolePlay(model, layout=layout or DEFAULT_LAYOUT, similarity=similarity)
 
 
 def run_episode(

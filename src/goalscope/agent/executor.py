@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from dataclasses import dataclass, field, replace
 from functools import partial
 
@@ -16,10 +16,12 @@ from goalscope.agent.guards import (
     reason_to_wait,
     speaks_of_harm,
 )
-from goalscope.agent.round import Round, retracted, state_after
+from goalscope.agent.round import Guess, Round, retracted, state_after
+from goalscope.base.nouns import contains, head_words, singular, singulars
 from goalscope.base.types import StepResult, Turn
+from goalscope.belief.belief import Belief
 from goalscope.envs import Environment, Pick, Resolution, execute, is_irreversible, resolve
-from goalscope.language.dialogue_state import LIMITS, DialogueState
+from goalscope.language.dialogue_state import LIMITS, DialogueState, acting
 from goalscope.language.orders import Order, Reading, orders_to_text
 
 NOT_HERE = "I cannot undo anything here. Please say what is to change."
@@ -58,6 +60,8 @@ class Execution:
         reasons: Why each of them waits.
         end: End of the question about them.
         notes: What to tell the person.
+        given_up: Guesses that were taken back with the goals that they served.
+        offer: Question whether to take back, too, what was asked for then.
         dialogue: The state of the dialogue after these words.
     """
 
@@ -74,6 +78,8 @@ class Execution:
     reasons: list[str] = field(default_factory=list[str])
     end: str = "Shall I?"
     notes: list[str] = field(default_factory=list[str])
+    given_up: tuple[Guess, ...] = ()
+    offer: str = ""
     dialogue: DialogueState = field(default_factory=DialogueState)
 
     @property
@@ -102,8 +108,8 @@ class Execution:
         """What has to be asked next; "" if nothing has."""
         if self.harm:
             return HARM
-        if not self.pending:
-            return ""
+        if not self.pending or self.offer:
+            return self.offer
         understood = "; ".join(orders_to_text(self.pending).replace(" | ", " ").splitlines())
         why = filter(None, dict.fromkeys(self.reasons))
         return " ".join([*why, f'I understood "{understood}".', self.end])
@@ -178,6 +184,52 @@ class Executor:
         for order in done.orders:
             self._follow(order, done)
         return done
+
+    def give_up(self, rounds: Sequence[Round], goals: Collection[str], done: Execution) -> None:
+        """Take back what was guessed for goals; offer to take back what was asked for then.
+
+        What the newest words name stays.
+
+        Args:
+            rounds: All earlier rounds.
+            goals: Texts of the goals that the person no longer has.
+            done: Records what is done.
+        """
+        said, gone = singulars(done.turn.utterance), retracted(rounds) | {*done.retracts}
+        before = {guess for round in rounds for guess in round.given_up}
+
+        def named(target: str) -> bool:
+            return contains(said, [singular(word) for word in head_words(target)[-1:]])
+
+        for round in rounds:
+            guesses = [
+                guess for guess in round.guessed
+                if round.number not in gone and guess.goal in goals
+                and guess not in before and not named(guess.target)
+            ]  # fmt: skip
+            targets = {guess.target for guess in guesses}
+            results = tuple(each for each in round.results if each.action.target in targets)
+            if results and self._reverse(results, done.dialogue, done):
+                done.given_up += tuple(guesses)
+        if not done.given_up:
+            return
+        targets = tuple(guess.target for guess in done.given_up)
+        done.dialogue = replace(done.dialogue, given_up=targets)
+        done.notes.append(f"Taken back, as it was a guess for another goal: {', '.join(targets)}.")
+        fell = {guess.goal for guess in done.given_up}
+        asked = [
+            order
+            for round in rounds
+            if round.number not in gone and round.reading and _leading(round.belief) in fell
+            for order in acting(round.reading.orders)
+            if order in done.dialogue.asked and order.do not in self._takes_away
+            and not named(order.what)
+        ]  # fmt: skip
+        if asked and self._takes_away and not done.question:
+            away = min(self._takes_away)
+            done.pending = [Order(away, what) for what in dict.fromkeys(o.what for o in asked)]
+            things = ", ".join(order.what for order in done.pending)
+            done.offer = f"You had asked for {things}, too. Shall I {away} that?"
 
     def _follow(self, order: Order, done: Execution) -> None:
         """Do one order, or hold it where it needs a yes."""
@@ -257,22 +309,36 @@ class Executor:
         left = self.dialogue_state(rounds, retracts=[each.number for each in last])
         back: list[Round] = []
         for each in reversed(last):
-            results = each.results[each.reversals :]
-            state = replace(left, to_undo=results)
-            found = resolve(self._env, _UNDO, state, self._pick) if results else Resolution()
-            if results and found == Resolution():
+            undone = self._reverse(each.results[each.reversals :], left, done)
+            if undone is None:
                 done.notes.append(NOT_HERE)
                 return
-            done.notes += filter(None, (found.why, found.warning))
-            failed = len(done.failed)
-            for action in found.actions:
-                final = is_irreversible(self._env, action)
-                done.record(
-                    StepResult(action, False, NOT_BACK) if final else execute(self._env, action)
-                )
-            back += [each] if len(done.failed) == failed else []
+            back += [each] if undone else []
         if back:
             quoted = "; ".join(f'"{each.turn.utterance}"' for each in reversed(back))
             done.notes.append(f"Taken back: {quoted}.")
         done.retracts = tuple(each.number for each in back)
         done.reversals = len(done.results)
+
+    def _reverse(
+        self, results: tuple[StepResult, ...], state: DialogueState, done: Execution
+    ) -> bool | None:
+        """Undo results; whether all of it succeeded, and None where that cannot be done here."""
+        found = Resolution()
+        if results:
+            found = resolve(self._env, _UNDO, replace(state, to_undo=results), self._pick)
+            if found == Resolution():
+                return None
+        done.notes += filter(None, (found.why, found.warning))
+        failed = len(done.failed)
+        for action in found.actions:
+            final = is_irreversible(self._env, action)
+            done.record(
+                StepResult(action, False, NOT_BACK) if final else execute(self._env, action)
+            )
+        return len(done.failed) == failed
+
+
+def _leading(belief: Belief) -> str:
+    """The text of the likeliest goal; "" for none."""
+    return belief.top(1)[0][0].text if belief.goals else ""

@@ -10,6 +10,7 @@ from typing import Protocol
 
 import numpy as np
 
+from goalscope.agent.round import Guess
 from goalscope.agent.writer import Writer
 from goalscope.base.arrays import Array, Flags
 from goalscope.base.types import Action, GoalscopeError, StepResult, Turn
@@ -27,14 +28,6 @@ class Want:
 
     text: str
     probability: float
-
-
-@dataclass(frozen=True, slots=True)
-class Guess:
-    """A thing that was used unasked, and the goal that it serves."""
-
-    target: str
-    goal: str
 
 
 @dataclass(frozen=True, slots=True)
@@ -165,7 +158,7 @@ class NeedPlanner:
         served_goals: list[int] = (probability[:, None] * value).argmax(axis=0).tolist()
         # In the order of the scenarios, as one sequence may build on another.
         plan = [(sequences[i], [*goals][served_goals[i]]) for i in sorted(chosen)]
-        return _carried_out(env, plan, history, tuple(held[: self.limit]))
+        return _carried_out(env, plan, history, tuple(held[: self.limit]), dialogue.given_up)
 
     def _values(
         self, env: Proactive, goals: Sequence[str], leading: int, said: str, served: _Served
@@ -289,11 +282,13 @@ def _carried_out(
     plan: Sequence[tuple[ActionSequence, str]],
     history: Sequence[StepResult],
     held: tuple[str, ...],
+    given_up: Sequence[str],
 ) -> Outcome:
     """Execute each sequence, for its goal, unless it repeats something or cannot be undone."""
     results, failed, guessed = list[StepResult](), list[StepResult](), list[Guess]()
-    used = {name for each in history for name in (each.action.target, each.action.destination)}
-    kinds = {env.kind(each.action) for each in history}
+    acts = [each.action for each in history if each.action.target not in given_up]
+    used = {name for each in acts for name in (each.target, each.destination)}
+    kinds = {env.kind(each) for each in acts}
     for actions, goal in plan:
         if any(
             each.target in used or env.kind(each) in kinds or is_irreversible(env, each)

@@ -11,7 +11,8 @@ import re
 from collections.abc import Mapping, Sequence
 from typing import Any, cast
 
-from goalscope.agent.planner import Guess, Outcome, Want, attempted
+from goalscope.agent.planner import Outcome, Want, attempted
+from goalscope.agent.round import Guess
 from goalscope.base.types import (
     Action,
     Goal,

@@ -12,6 +12,14 @@ from goalscope.language.dialogue_state import DialogueState, acting, fold
 from goalscope.language.orders import Order, Reading
 
 
+@dataclass(frozen=True, slots=True)
+class Guess:
+    """A thing that was used unasked, and the goal that it serves."""
+
+    target: str
+    goal: str
+
+
 @dataclass(frozen=True, eq=False)
 class Round:
     """One pass of Algorithm 1: a turn, the belief after it, and what was done.
@@ -35,6 +43,8 @@ class Round:
         retracts: Numbers of earlier rounds, the newest first, that this one takes back.
         reversals: Number of results, the first ones, that undid those rounds.
         awaits: What `question` waits for.
+        guessed: The things that were used unasked.
+        given_up: Those of earlier rounds that were taken back with the goals that they served.
     """
 
     number: int
@@ -54,6 +64,8 @@ class Round:
     retracts: tuple[int, ...] = ()
     reversals: int = 0
     awaits: Awaited = ""
+    guessed: tuple[Guess, ...] = ()
+    given_up: tuple[Guess, ...] = ()
 
 
 def retracted(rounds: Sequence[Round]) -> set[int]:

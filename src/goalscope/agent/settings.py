@@ -11,6 +11,7 @@ from goalscope.agent.agent import Ablation, K, role_play
 from goalscope.agent.people import Habit
 from goalscope.agent.toolkit import Module, Preset, Toolkit, toolkit_of
 from goalscope.base.types import TRACKING, InvalidInputError
+from goalscope.belief.calibration import DEFAULT, Calibration, calibration_named
 from goalscope.belief.goal_manager import Trigger
 from goalscope.belief.likelihood import (
     Layout,
@@ -123,16 +124,26 @@ def inference_of(settings: Settings, model: Model) -> tuple[Ablation, Likelihood
     """The ablation of an episode, and its likelihood; "good" with the evidence of one's own."""
     if settings.method in get_args(Ablation):
         method = cast("Ablation", settings.method)
-        return method, likelihood_for(settings, model) if method == "good" else None
+        good = method == "good"
+        return method, likelihood_for(settings, model, DEFAULT) if good else None
     return "good", own_likelihood(settings.method, model)
 
 
-def likelihood_for(settings: Settings, model: Model) -> Likelihood:
-    """The likelihood of an episode."""
+def likelihood_for(
+    settings: Settings, model: Model, calibration: Calibration | None = None
+) -> Likelihood:
+    """The likelihood of an episode.
+
+    Args:
+        settings: Of the episode.
+        model: Scores.
+        calibration: What it goes with, unless the settings name one; None for its own.
+    """
     if settings.likelihood:
         return own_likelihood(settings.likelihood, model)
+    named = calibration_named(settings.calibration) if settings.calibration else calibration
     is_paper = settings.preset == "paper" and settings.adapter is None
-    return role_play(model, settings.layout, paper=is_paper)
+    return role_play(model, named, settings.layout, paper=is_paper)
 
 
 def own_likelihood(name: str, model: LikelihoodModel) -> Likelihood:

@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 
 from goalscope.agent.executor import Execution
-from goalscope.agent.planner import Guess, Outcome
-from goalscope.agent.round import Round, retracted
+from goalscope.agent.planner import Outcome
+from goalscope.agent.round import Guess, Round, retracted
 from goalscope.base.nouns import contains, head_words, singular, singulars
 from goalscope.base.types import Turn
 from goalscope.envs import GUESSED, MENTIONED

@@ -31,6 +31,7 @@ class DialogueState:
         untouched: Things to leave as they are.
         asked: Orders that were not retracted, oldest first.
         to_undo: Results that an order to undo takes back, oldest first.
+        given_up: Things that were taken back with a goal, and may be guessed anew for another.
     """
 
     limits: tuple[Order, ...] = ()
@@ -38,6 +39,7 @@ class DialogueState:
     untouched: tuple[Order, ...] = ()
     asked: tuple[Order, ...] = ()
     to_undo: tuple[StepResult, ...] = ()
+    given_up: tuple[str, ...] = ()
 
     def forbids(self, order: Order) -> Order | None:
         """The allergy or diet that rules out the thing that an order asks for, if there is one.

@@ -16,7 +16,7 @@ from typing import Any, Literal, Self, TypeVar
 from sqlalchemy import ColumnElement, Connection, Engine, Row, Select, func, or_, select
 from sqlalchemy.exc import IntegrityError
 
-from goalscope.agent.round import Round
+from goalscope.agent.round import Guess, Round
 from goalscope.base.types import (
     Action,
     ConflictError,
@@ -430,6 +430,8 @@ def round_from_json(text: str) -> Round:
     values["results"] = tuple(_with(StepResult, each, action=Action) for each in values["results"])
     for name in ("pending", "released"):
         values[name] = _orders(values[name])
+    for name in ("guessed", "given_up"):
+        values[name] = tuple(Guess(**each) for each in values[name])
     for name in ("notes", "retracts"):
         values[name] = tuple(values[name])
     return Round(**values)
