@@ -16,8 +16,8 @@ from goalscope.agent.guards import (
     reason_to_wait,
     speaks_of_harm,
 )
-from goalscope.agent.round import Guess, Round, retracted, state_after
-from goalscope.base.nouns import contains, head_words, singular, singulars
+from goalscope.agent.round import Guess, Round, mentions, retracted, state_after
+from goalscope.base.nouns import singulars
 from goalscope.base.types import StepResult, Turn
 from goalscope.belief.belief import Belief
 from goalscope.envs import Environment, Pick, Resolution, execute, is_irreversible, resolve
@@ -198,14 +198,11 @@ class Executor:
         said, gone = singulars(done.turn.utterance), retracted(rounds) | {*done.retracts}
         before = {guess for round in rounds for guess in round.given_up}
 
-        def named(target: str) -> bool:
-            return contains(said, [singular(word) for word in head_words(target)[-1:]])
-
         for round in rounds:
             guesses = [
                 guess for guess in round.guessed
                 if round.number not in gone and guess.goal in goals
-                and guess not in before and not named(guess.target)
+                and guess not in before and not mentions(said, guess.target)
             ]  # fmt: skip
             targets = {guess.target for guess in guesses}
             results = tuple(each for each in round.results if each.action.target in targets)
@@ -223,7 +220,7 @@ class Executor:
             if round.number not in gone and round.reading and _leading(round.belief) in fell
             for order in acting(round.reading.orders)
             if order in done.dialogue.asked and order.do not in self._takes_away
-            and not named(order.what)
+            and not mentions(said, order.what)
         ]  # fmt: skip
         if asked and self._takes_away and not done.question:
             away = min(self._takes_away)

@@ -6,6 +6,7 @@ from collections.abc import Collection, Sequence
 from dataclasses import dataclass
 
 from goalscope.agent.guards import Awaited
+from goalscope.base.nouns import contains, head_words, singular
 from goalscope.base.types import GoalChange, StepResult, Turn
 from goalscope.belief.belief import Belief
 from goalscope.language.dialogue_state import DialogueState, acting, fold
@@ -18,6 +19,11 @@ class Guess:
 
     target: str
     goal: str
+
+
+def mentions(said: Sequence[str], thing: str) -> bool:
+    """Whether words, in the singular, name the kind of a thing, such as candles of any sort."""
+    return contains(said, [singular(word) for word in head_words(thing)[-1:]])
 
 
 @dataclass(frozen=True, eq=False)

@@ -6,8 +6,8 @@ from collections.abc import Iterator, Sequence
 
 from goalscope.agent.executor import Execution
 from goalscope.agent.planner import Outcome
-from goalscope.agent.round import Guess, Round, retracted
-from goalscope.base.nouns import contains, head_words, singular, singulars
+from goalscope.agent.round import Guess, Round, mentions, retracted
+from goalscope.base.nouns import singulars
 from goalscope.base.types import Turn
 from goalscope.envs import GUESSED, MENTIONED
 
@@ -43,11 +43,7 @@ def notes_of(done: Execution, outcome: Outcome, before: Sequence[Turn]) -> Itera
     if len(failed) > _FAILURES:
         yield f"And {len(failed) - _FAILURES} more could not be done."
     said = singulars(" ".join(turn.utterance for turn in (*before, done.turn)))
-    mentioned = [  # by the noun that says what a thing is: candles of any kind
-        guess
-        for guess in outcome.guessed
-        if contains(said, [singular(word) for word in head_words(guess.target)[-1:]])
-    ]
+    mentioned = [guess for guess in outcome.guessed if mentions(said, guess.target)]
     if guessed := [guess for guess in outcome.guessed if guess not in mentioned]:
         yield f"{GUESSED}{_by_goal(guessed)}."
     if mentioned:

@@ -11,6 +11,7 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from importlib import resources
 from pathlib import Path
+from typing import Any
 
 from goalscope.base.inputs import read_table
 from goalscope.base.types import Goal, Turn, canonical
@@ -127,6 +128,11 @@ def _label(intent: str) -> str:
     return re.sub(r"(?<=[a-z])(?=[A-Z])", " ", intent).lower()
 
 
+def _intents() -> Mapping[str, Any]:
+    """The meaning of intents, by set and desk."""
+    return read_table(resources.files("goalscope.datasets") / "goals.toml")
+
+
 def multidogo(file: Path, goal_set: str, goals: int, seed: int) -> Iterator[Case | str]:
     """Dialogues with one desk, up to the turn before a second intent comes up.
 
@@ -134,7 +140,7 @@ def multidogo(file: Path, goal_set: str, goals: int, seed: int) -> Iterator[Case
     first. The file does not hold what the desk said.
     """
     domain = file.name.split("_")[1]
-    table = read_table(resources.files("goalscope.datasets") / "goals.toml")["multidogo"]
+    table = _intents()["multidogo"]
     own = table[domain]
     names = {
         intent: text if goal_set == "full" else _plain_label(intent)
@@ -191,7 +197,7 @@ def hint3(file: Path, goal_set: str, goals: int, seed: int) -> Iterator[Case | s
     seed puts the messages in another order: the first ones are a fair sample.
     """
     shop = file.name.removeprefix("hint3_").partition(".")[0]
-    own = dict(read_table(resources.files("goalscope.datasets") / "goals.toml")["hint3"][shop])
+    own = dict(_intents()["hint3"][shop])
     task = own.pop("task")
     names = own if goal_set == "full" else {intent: intent for intent in own}
     every, count = [*names.values()], min(goals, len(names))
