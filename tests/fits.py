@@ -14,9 +14,9 @@ from goalscope.base.types import UNSPECIFIED, Goal, Turn
 from goalscope.belief.likelihood import Layout, RolePlay
 from goalscope.datasets.case import Case
 from goalscope.datasets.sources import Source, read_source
+from goalscope.fitting.fit import Settings
 from goalscope.fitting.learner import Example, Learner
 from goalscope.fitting.plan import Plan
-from goalscope.fitting.train import Settings
 from goalscope.models.adapters import Adapter
 from goalscope.models.torch.model import Transformers
 from test_transformers import SMALL, folder

@@ -21,8 +21,8 @@ from goalscope.belief.likelihood import RolePlay
 from goalscope.datasets.case import said_key
 from goalscope.datasets.goal_sets import chance, goal_key
 from goalscope.fitting import plan
+from goalscope.fitting.fit import _by_truth
 from goalscope.fitting.plan import Plan, parted
-from goalscope.fitting.train import _by_truth
 from goalscope.models.adapters import (
     FITTED_DIALOGUES,
     FITTED_GOALS,

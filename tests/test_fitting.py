@@ -25,8 +25,8 @@ from fits import (
 )
 from goalscope.base.types import UNSPECIFIED, GoalscopeError
 from goalscope.datasets.case import Case
+from goalscope.fitting.fit import CHANGES, Fit, Settings, Validation, _scores
 from goalscope.fitting.learner import Example, Learner
-from goalscope.fitting.train import CHANGES, Fit, Settings, Validation, _scores
 from goalscope.models.embedding import embedded
 from test_datasets import refused
 

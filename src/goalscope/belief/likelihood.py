@@ -34,7 +34,7 @@ Layout = Literal["goal-first", "goal-last"]
 DEFAULT_LAYOUT: Layout = "goal-last"
 """The layout that separated goals better on development dialogues (docs/log.md)."""
 
-ALIKE = 0.1
+UNRELATED = 0.1
 """Cosine of words and a wrong goal of their domain, in the mean (corpus/changes)."""
 
 GOAL_TOKENS = 256
@@ -206,14 +206,14 @@ class RolePlay:
 
 
 def likeness(goals: Sequence[Goal], turns: Sequence[Turn]) -> Array:
-    """[T, G] cosines of each turn's words and each goal, above `ALIKE`; 0 for `UNSPECIFIED`.
+    """[T, G] cosines of each turn's words and each goal, above `UNRELATED`; 0 for `UNSPECIFIED`.
 
     They are of static word vectors.
     """
     words = embedded([plain(turn.utterance) for turn in turns])
     meant = embedded([plain(goal.text) for goal in goals])
     stated = np.array([goal != UNSPECIFIED for goal in goals], np.float64)
-    return (np.asarray(words @ meant.T, np.float64) - ALIKE) * stated
+    return (np.asarray(words @ meant.T, np.float64) - UNRELATED) * stated
 
 
 def evidence_of(

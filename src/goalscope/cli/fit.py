@@ -81,8 +81,8 @@ def fit(
     """
     from goalscope.belief.likelihood import DEFAULT_LAYOUT
     from goalscope.datasets.sources import read_source
+    from goalscope.fitting.fit import Settings
     from goalscope.fitting.plan import Plan
-    from goalscope.fitting.train import Settings
     from goalscope.models.adapters import NO_ADAPTER, adapter_file, shipped
 
     check_fit(model, learning_rate)

@@ -24,14 +24,22 @@ SERVICES = "Help the human with bookings, money, media and other services."
 _SLOTS = 4  # of a goal, the newest; more are seldom said in one breath
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(slots=True)
 class _Part:
-    """Turns in a row in which a person wants one thing."""
+    """Turns in a row in which a person wants one thing; `does` says what the intent is."""
 
     service: str
-    full: str
-    terse: str
-    turns: int
+    intent: str
+    does: str
+    slots: dict[str, str]
+    turns: int = 1
+
+    def text(self, goal_set: str) -> str:
+        """The goal."""
+        if goal_set == "terse":
+            return re.sub(r"(?<=[a-z])(?=[A-Z])", " ", self.intent).lower()
+        told = [f"{key.replace('_', ' ')}: {value}" for key, value in self.slots.items()][-_SLOTS:]
+        return f"{self.does} ({'; '.join(told)})" if told else self.does
 
 
 def sgd(file: Path, goal_set: str, goals: int, seed: int) -> Iterator[Case | str]:
@@ -43,17 +51,16 @@ def sgd(file: Path, goal_set: str, goals: int, seed: int) -> Iterator[Case | str
     same services.
     """
     read = [(row.text("id"), *_parts(row)) for row in line_rows(file)]
-    word = {part: part.terse if goal_set == "terse" else part.full
-            for _, _, parts in read for part in parts}  # fmt: skip
-    every = sorted({*word.values()})
     of_service: dict[str, set[str]] = {}
-    for part, text in word.items():
-        of_service.setdefault(part.service, set()).add(text)
+    for _, _, parts in read:
+        for part in parts:
+            of_service.setdefault(part.service, set()).add(part.text(goal_set))
+    every = sorted(set[str]().union(*of_service.values()))
     for id, turns, parts in read:
         if not parts:
             yield "no intent"
             continue
-        texts = [word[part] for part in parts]
+        texts = [part.text(goal_set) for part in parts]
         near = sorted({text for part in parts for text in of_service[part.service]})
         tiers = [near, every] if goal_set == "hard" else [every]
         rng = chance(seed, id)
@@ -74,40 +81,38 @@ def sgd(file: Path, goal_set: str, goals: int, seed: int) -> Iterator[Case | str
 
 def _parts(row: Row) -> tuple[tuple[Turn, ...], list[_Part]]:
     turns: list[Turn] = []
-    found: list[tuple[str, str, str, dict[str, str], int]] = []
+    found: list[_Part] = []
     before: dict[str, tuple[str, dict[str, str]]] = {}
     for turn in row.rows("turns"):
-        frames = {
-            frame.text("service"): (
+        frames = [
+            _Part(
+                frame.text("service"),
                 frame.text("intent"),
                 frame.text("does"),
                 {key: str(value) for key, value in frame.row("slots").values.items()},
             )
             for frame in turn.rows("state")
-        }
+        ]
         if not frames and not found:
             return (), []
         query = turn.text("query", empty=True) or OPENING
         turns.append(Turn(query, turn.text("utterance")))
         if not frames:
-            found[-1] = (*found[-1][:4], found[-1][4] + 1)
+            found[-1].turns += 1
             continue
         # With two services at once, the person goes on to the other one.
-        states = {each: (intent, slots) for each, (intent, _, slots) in frames.items()}
-        changed = [each for each, state in states.items() if before.get(each) != state]
-        others = [each for each in changed if found and each != found[-1][0]]
-        service = next(iter([*others, *changed, *frames]))
-        intent, does, slots = frames[service]
-        before = states
+        changed = [each for each in frames if before.get(each.service) != (each.intent, each.slots)]
+        others = [each for each in changed if found and each.service != found[-1].service]
+        part = next(iter([*others, *changed, *frames]))
+        before = {each.service: (each.intent, each.slots) for each in frames}
         last = found[-1] if found else None
-        if last and last[:2] == (service, intent) and not _conflict(last[3], slots):
-            found[-1] = (service, intent, does, slots, last[4] + 1)
+        same = last and (last.service, last.intent) == (part.service, part.intent)
+        if last and same and not _conflict(last.slots, part.slots):
+            part.turns += last.turns
+            found[-1] = part
         else:
-            found.append((service, intent, does, slots, 1))
-    return tuple(turns), [
-        _Part(service, _full(does, slots), _label(intent), count)
-        for service, intent, does, slots, count in found
-    ]
+            found.append(part)
+    return tuple(turns), found
 
 
 def _conflict(before: Mapping[str, str], after: Mapping[str, str]) -> bool:
@@ -117,15 +122,6 @@ def _conflict(before: Mapping[str, str], after: Mapping[str, str]) -> bool:
         & {*re.findall(r"\w+", after[key].casefold())}
         for key in before.keys() & after.keys()
     )
-
-
-def _full(does: str, slots: Mapping[str, str]) -> str:
-    told = [f"{key.replace('_', ' ')}: {value}" for key, value in slots.items()][-_SLOTS:]
-    return f"{does} ({'; '.join(told)})" if told else does
-
-
-def _label(intent: str) -> str:
-    return re.sub(r"(?<=[a-z])(?=[A-Z])", " ", intent).lower()
 
 
 def _intents() -> Mapping[str, Any]:

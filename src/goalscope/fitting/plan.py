@@ -20,8 +20,9 @@ from goalscope.belief.likelihood import GOAL_TOKENS, Layout, RolePlay
 from goalscope.datasets.case import Case, said_key
 from goalscope.datasets.goal_sets import chance, goal_key
 from goalscope.datasets.sources import Source, digest_of
+from goalscope.fitting.fit import Fit, Progress, Settings
 from goalscope.fitting.learner import Learner
-from goalscope.fitting.train import Fit, Progress, Settings, check_folder, locked, writing_to
+from goalscope.fitting.train import check_folder, locked, writing_to
 from goalscope.models.adapters import (
     FITTED_DIALOGUES,
     FITTED_GOALS,
