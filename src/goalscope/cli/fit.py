@@ -101,7 +101,8 @@ def fit(
         validation=validation,
         seed=seed,
     )
-    read = [read_source(name, data) for name in sources]
+    named = {name: read_source(name, data) for name in dict.fromkeys(sources)}
+    read = [named[name] for name in sources]
     out = out.resolve()
     base, layout = base_of(model), layout or DEFAULT_LAYOUT
     plan = Plan(read, out, settings, start=begin, layout=layout, base=base)

@@ -78,8 +78,9 @@ class Plan:
             sources,
             validation=settings.validation,
             seed=settings.seed,
-            learned=known.get(FITTED_DIALOGUES, "").split(),
+            learned={*known.get(FITTED_DIALOGUES, "").split()},
         )
+        validation = {id(case) for case in self._validation}
         self._about: dict[str, Any] = {
             "base": base,
             "layout": layout,
@@ -88,7 +89,7 @@ class Plan:
                 {
                     "name": source.name,
                     "train": len({case.id for case in own}),
-                    "validation": sum(case in self._validation for case in source.cases),
+                    "validation": sum(id(case) in validation for case in source.cases),
                     "licence": source.licence,
                     "sha256": source.sha256,
                 }
@@ -292,7 +293,7 @@ def _check_lengths(roleplay: RolePlay, sources: Sequence[Source], longest: int) 
             if len(f"{case.task}{turn.query}{turn.utterance}".encode()) > model.context_size // 4:
                 roleplay.window(case.task, case.turns[: t + 1])
 
-    for source in sources:
+    for source in {source.name: source for source in sources}.values():
         for case in source.cases:
             try:
                 check(case)
