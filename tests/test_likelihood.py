@@ -11,8 +11,9 @@ from fakes import WordModel
 from goalscope.base.types import UNSPECIFIED, Goal, InvalidInputError, ModelError, Turn
 from goalscope.belief.calibration import PAPER, Calibration
 from goalscope.belief.goal_manager import irrelevant
-from goalscope.belief.likelihood import GOAL_TOKENS, RolePlay
+from goalscope.belief.likelihood import GOAL_TOKENS, UNRELATED, RolePlay, likeness
 from goalscope.belief.tracker import GoalTracker
+from goalscope.models.embedding import embedded
 
 CAKE, SOUP = Goal("bake cake"), Goal("cook soup")
 TURNS = [Turn("What now?", "cake cake"), Turn("And then?", "soup")]
@@ -33,6 +34,20 @@ def test_rows_since_are_the_last_rows_of_the_table(layout) -> None:
     assert roleplay.log_likelihood("t", [CAKE, SOUP, UNSPECIFIED], TURNS, since=1) == (
         pytest.approx(whole[1:])
     )
+
+
+def test_a_talk_is_as_like_a_goal_as_its_most_similar_turn() -> None:
+    goals, said = [CAKE, UNSPECIFIED, SOUP], ["some cake", "yes", "bake me a cake", "cake", "soup!"]
+    turns = [Turn("Yes?", words) for words in said]
+    cosines = embedded(said) @ embedded([CAKE.text, SOUP.text]).T - UNRELATED
+    sums = likeness(goals, turns).cumsum(0)
+    assert sums[:, [0, 2]] == pytest.approx(np.maximum.accumulate(cosines), abs=1e-6)
+    assert not sums[:, 1].any()
+    plain, both = (
+        RolePlay(WordModel(), similarity=each).log_likelihood("t", goals, turns, since=2)
+        for each in (0.0, 5.0)
+    )
+    assert both - plain == pytest.approx(5 * likeness(goals, turns)[2:])
 
 
 def test_normalising_over_goals_cancels() -> None:

@@ -142,7 +142,7 @@ class RolePlay:
         values = np.array([float(score.sum()) for score in scores])
         table = values.reshape(len(turns) - since, len(goals))
         if similarity := self.similarity:
-            table += similarity * likeness(goals, turns[since:])
+            table += similarity * likeness(goals, turns)[since:]
         return table
 
     @property
@@ -206,14 +206,17 @@ class RolePlay:
 
 
 def likeness(goals: Sequence[Goal], turns: Sequence[Turn]) -> Array:
-    """[T, G] cosines of each turn's words and each goal, above `UNRELATED`; 0 for `UNSPECIFIED`.
+    """[T, G] how much each turn adds to the likeness of the talk and a goal; 0 for `UNSPECIFIED`.
 
-    They are of static word vectors.
+    A talk is as like a goal as its most similar turn, by the cosine of static word vectors above
+    `UNRELATED`. So likeness counts once, however long they talk: turns that go on about the same
+    are no news of it.
     """
     words = embedded([plain(turn.utterance) for turn in turns])
     meant = embedded([plain(goal.text) for goal in goals])
     stated = np.array([goal != UNSPECIFIED for goal in goals], np.float64)
-    return (np.asarray(words @ meant.T, np.float64) - UNRELATED) * stated
+    most = np.maximum.accumulate(np.asarray(words @ meant.T, np.float64) - UNRELATED)
+    return np.diff(most, axis=0, prepend=0) * stated
 
 
 def evidence_of(

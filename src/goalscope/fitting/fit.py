@@ -14,11 +14,11 @@ from goalscope.base.optional_packages import package
 from goalscope.base.stats import auroc
 from goalscope.base.types import UNSPECIFIED, GoalscopeError
 from goalscope.belief.calibration import DEFAULT
+from goalscope.belief.likelihood import likeness
 from goalscope.datasets.case import Case
 from goalscope.datasets.goal_sets import chance
 from goalscope.fitting.learner import Example, Learner
 from goalscope.fitting.train import KEPT, Training, diverged
-from goalscope.models.embedding import embedded
 
 CHANGES = 0.05
 """Probability, before each turn but the first, that the person has changed their mind."""
@@ -208,14 +208,12 @@ class Fit:
         return goals + self.settings.words_weight * words
 
     def _evidence(self, table: Any, example: Example) -> Any:
-        """[T, G] in nats, from log-likelihoods; Unspecified is as similar as the mean goal."""
+        """[T, G] in nats, from log-likelihoods."""
         evidence = table / self.settings.temperature
         if not (example.compared and self.settings.similarity):
             return evidence
-        goals = embedded([goal.text for goal in example.goals[1:]])
-        likeness = embedded([turn.utterance for turn in example.turns]) @ goals.T
-        likeness = np.column_stack([likeness.mean(1), likeness])
-        return evidence + self.settings.similarity * evidence.new_tensor(likeness)
+        alike = evidence.new_tensor(likeness(example.goals, example.turns))
+        return evidence + self.settings.similarity * alike
 
     def _validate(self, training: float | None) -> Progress:
         with package("torch").no_grad(), self._learner.enough_memory():
