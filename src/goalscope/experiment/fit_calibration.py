@@ -50,6 +50,24 @@ class Observed:
     truths: Sequence[int | None]
     likeness: Array | None = None
 
+    @property
+    def true(self) -> list[int]:
+        """The listed goals that are true at some turn, in the order of their turns."""
+        return [*dict.fromkeys(place for place in self.truths if place is not None)]
+
+    def with_fewer_goals(self) -> Observed:
+        """With as many of its goals as chance says, two wrong ones at least."""
+        random, goals = chance(0, f"goals of {self.id}"), self.goals.shape[1]
+        wrong = [place for place in range(goals) if place not in self.true]
+        least = min(2, len(wrong))
+        kept = [*self.true, *random.sample(wrong, random.randint(least, len(wrong)))]
+        return replace(
+            self,
+            goals=self.goals[:, kept],
+            truths=[None if place is None else kept.index(place) for place in self.truths],
+            likeness=None if self.likeness is None else self.likeness[:, kept],
+        )
+
 
 @dataclass(frozen=True, slots=True)
 class Quality:
@@ -91,7 +109,7 @@ class Tables:
     def __init__(self, dialogues: Sequence[Observed]) -> None:
         n = len(dialogues)
         self.turns = np.array([len(each.goals) for each in dialogues])
-        width = max(each.goals.shape[1] for each in dialogues)
+        width = 1 + max(each.goals.shape[1] for each in dialogues)
         self.log_likelihood = np.full((2, n, self.turns.max(), width), -np.inf)
         self.likeness = np.zeros_like(self.log_likelihood)
         self.truth = np.zeros((2, n, int(self.turns.max())), dtype=int)
@@ -101,7 +119,7 @@ class Tables:
         self.weight = np.array([1 / len(sets) / sets[each.origin] for each in dialogues])
         for i, each in enumerate(dialogues):
             random, (turns, goals) = chance(0, each.id), each.goals.shape
-            true = [*dict.fromkeys(place for place in each.truths if place is not None)]
+            true = each.true
             wrong = [place for place in range(goals) if place not in true]
             out = random.choice(wrong) if wrong else None
             rest = [place for place in wrong if place != out]
@@ -186,9 +204,10 @@ def fit_calibration(dialogues: Sequence[Observed]) -> Calibration:
     """Temperature, reference and similarity with the least log-loss, and thresholds.
 
     The log-loss is that of the truth over all turns, with the true goal among the goals and (in one
-    of five, see `LISTED`) without it, where Unspecified is the truth. The chance of a change of
-    mind and the weights of asides and orders are those of `DEFAULT`: most such dialogues have
-    hardly any changes of mind, and they are not read.
+    of five, see `LISTED`) without it, where Unspecified is the truth. The number of goals varies
+    (see `Observed.with_fewer_goals`), so that the numbers suit short lists, too. The chance of a
+    change of mind and the weights of asides and orders are those of `DEFAULT`: most such dialogues
+    have hardly any changes of mind, and they are not read.
 
     Thresholds are cross-conformal: the truth had at least that probability in all but a share eps
     of the dialogues, each judged by a calibration fitted on other people, both with the true goal
@@ -200,12 +219,12 @@ def fit_calibration(dialogues: Sequence[Observed]) -> Calibration:
     scores: list[Array] = []
     for train, rest in _folds(dialogues):
         tables = Tables(rest)
-        scores.append(tables.drawn_turn(tables.believe(_fit(Tables(train))))[1])
+        scores.append(tables.drawn_turn(tables.believe(_fit(train)))[1])
     ranked = np.sort(np.concatenate(scores, axis=1), axis=1)
     n = len(dialogues)
     places = [(eps, int(eps * (n + 1))) for eps in EPSILONS]
     thresholds = tuple((eps, float(ranked[:, k - 1].min()) if k else 0.0) for eps, k in places)
-    return replace(_fit(Tables(dialogues)), n=n, thresholds=thresholds)
+    return replace(_fit(dialogues), n=n, thresholds=thresholds)
 
 
 def quality(
@@ -258,8 +277,9 @@ def quality(
     )
 
 
-def _fit(tables: Tables) -> Calibration:
+def _fit(dialogues: Sequence[Observed]) -> Calibration:
     optimize = package("scipy.optimize", "Calibration needs", GoalscopeError)
+    tables = Tables([each.with_fewer_goals() for each in dialogues])
 
     def of(numbers: Array) -> Calibration:
         temperature, reference, similarity = numbers.tolist()
