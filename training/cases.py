@@ -7,7 +7,9 @@ wrong ones: drawn from all of its domain, or from those that are nearest to it i
 
 Desks of corpus/changes become what was said there first (`--said`), or dialogues in which the goal
 changes, or does not. Each is drawn twice: among the desk's six goals, and among three to twenty,
-some of other desks. Goals are worded as labels, as sentences, or some of each.
+some of other desks. Goals are worded as labels, as sentences, or some of each. With `--denials` the
+opposite of the goal that it is about is listed, too ("do not block a card"), beside one or two
+others: it is the true one where the person wants no such thing, and wrong where they do.
 
 With `--asides` half of the scenarios go on: the person asks for things that the aim calls for, and
 says what tells nothing of it ("Perfect, thanks", "buy it"), taken from messages of that corpus.
@@ -45,6 +47,10 @@ LONGER = 0.5  # share of scenarios that go on
 MOST = 4  # turns after the first
 ASIDE = 0.4  # share of these that tell nothing
 NOTHING = {"yes", "no", "undo", "ask", "buy", "finish", "clear", "none"}
+DENIAL = 6  # the place of a denied goal, after the six of its desk
+FEW = 2  # goals beside a goal and its denial, so that these are often compared
+DENYING = {"denied", "opposite", "postponed", "delegated", "done", "withdrawn"}
+
 SHORT = 4  # words up to which what was read as nothing is taken to tell nothing
 THINGS = (
     *("{}", "{} please", "I need {}", "and {}", "get me {}", "we need {}", "Could I have {}?"),
@@ -145,7 +151,7 @@ def read(folder: Path, asides: Mapping[str, Sequence[str]]) -> Iterator[Told]:
         yield from talk(points)
 
 
-def desk_cases(desks: Sequence[Mapping[str, Any]], *, said: bool) -> Iterator[Case]:
+def desk_cases(desks: Sequence[Mapping[str, Any]], *, said: bool, denials: bool) -> Iterator[Case]:
     """What was said at desks whose goals are known turn by turn, or first words alone."""
     for desk in desks:
         writer = desk["id"].partition("-")[0]
@@ -153,16 +159,20 @@ def desk_cases(desks: Sequence[Mapping[str, Any]], *, said: bool) -> Iterator[Ca
             goal for each in desks for goal in each["goals"]
             if each["id"] != desk["id"] and each["id"].partition("-")[0] == writer
         ]  # fmt: skip
-        for number, (turns, truths) in enumerate(_at(desk, said=said), 1):
-            for draw_ in ("own", "others"):
+        for number, (turns, truths, about) in enumerate(_at(desk, said=said, denials=denials), 1):
+            own = [*desk["goals"], [f"do not {way}" for way in desk["goals"][about]]]
+            for draw_ in ("few",) if denials else ("own", "others"):
                 id = f"{desk['id']}-{number} {draw_}"
                 rng = chance(1, id)
-                true = {each for each in truths if each is not None}
+                true = sorted({each for each in truths if each is not None})
+                both = [about, DENIAL] if denials else []
+                true += [each for each in both if each not in true]
                 wrong = [n for n in range(len(desk["goals"])) if n not in true]
-                ways = [desk["goals"][n] for n in [*true, *wrong]]
+                if draw_ != "own":
+                    most = FEW if denials else len(wrong)
+                    wrong = rng.sample(wrong, rng.randint(1, min(most, len(wrong))))
+                ways = [own[n] for n in [*true, *wrong]]
                 if draw_ == "others":
-                    kept = rng.randint(1, len(wrong))
-                    ways = [desk["goals"][n] for n in [*true, *rng.sample(wrong, kept)]]
                     least = max(0, 3 - len(ways))
                     ways += rng.sample(others, rng.randint(least, GOALS - len(ways)))
                 style = rng.choice((0, 0, 1, 1, 2, None))
@@ -184,21 +194,31 @@ def desk_cases(desks: Sequence[Mapping[str, Any]], *, said: bool) -> Iterator[Ca
 
 
 def _at(
-    desk: Mapping[str, Any], *, said: bool
-) -> Iterator[tuple[tuple[Turn, ...], list[int | None]]]:
-    """Turns, and the index of the true goal after each."""
+    desk: Mapping[str, Any], *, said: bool, denials: bool
+) -> Iterator[tuple[tuple[Turn, ...], list[int | None], int]]:
+    """Turns, the index of the true goal after each, and of the goal that they are about.
+
+    With `denials`, a goal that the person does not want makes `DENIAL` true in place of none.
+    """
     if said:
         for each in desk["said"]:
-            yield (Turn(OPENING, each["utterance"]),), [each["true"]]
+            yield (Turn(OPENING, each["utterance"]),), [each["true"]], each["true"]
         return
-    for each in desk["dialogues"]:
+    dialogues = desk["dialogues"]
+    for number, each in enumerate(dialogues):
+        control = next((row for row in dialogues[number : number + 2] if row["control"]), each)
+        listed = [place for place in (*each["true"], *control["true"]) if place is not None]
+        if denials and not listed:
+            continue
+        denied = DENIAL if denials and each["kind"] in DENYING and not each["control"] else None
         queries = [
             turn["query"] or (FALLBACK if n else OPENING) for n, turn in enumerate(each["turns"])
         ]
         yield (
             tuple(Turn(query, turn["utterance"])
                   for query, turn in zip(queries, each["turns"], strict=True)),
-            each["true"],
+            [denied if place is None else place for place in each["true"]],
+            next(iter(listed), 0),
         )  # fmt: skip
 
 
@@ -236,12 +256,15 @@ def main() -> None:
     parser.add_argument("folder", type=Path, nargs="+")
     parser.add_argument("--asides", type=Path)
     parser.add_argument("--said", action="store_true")
+    parser.add_argument("--denials", action="store_true")
     asked = parser.parse_args()
     asides = telling_nothing(asked.asides) if asked.asides else {}
     told = [each for folder in asked.folder for each in read(folder, asides)]
     desks = [row for folder in asked.folder for row in rows(folder) if "desk" in row]
     asked.out.parent.mkdir(parents=True, exist_ok=True)
-    write_cases([*cases(told), *desk_cases(desks, said=asked.said)], asked.out)
+    write_cases(
+        [*cases(told), *desk_cases(desks, said=asked.said, denials=asked.denials)], asked.out
+    )
 
 
 if __name__ == "__main__":
