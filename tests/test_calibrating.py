@@ -137,18 +137,28 @@ def test_the_temperature_is_found_that_the_evidence_was_multiplied_by(factor: fl
     assert Tables(found).log_loss(made) == pytest.approx(Tables(found).log_loss(true), abs=0.005)
 
 
-def test_the_share_of_the_other_goals_is_found_that_was_taken_from_unspecified() -> None:
+def test_the_share_of_the_other_goals_is_found_that_was_taken_from_unspecified(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    monkeypatch.setattr(Observed, "with_fewer_goals", lambda each: each)  # it is the mean of all
     share = 0.4
-    counted = share * (1 - 1 / 50)
+    counted = share * (1 - 1 / 12)
     taken = [
         replace(each, unspecified=(each.unspecified - counted * each.goals.mean(1)) / (1 - counted))
-        for each in some(200, goals=50)
+        for each in some(200, goals=12)
     ]
     made = fit_calibration(taken)
     assert made.reference == pytest.approx(share, abs=0.08)
-    assert made.temperature == pytest.approx(
-        1, abs=0.4
-    )  # the mean of some goals is not that of all
+    assert made.temperature == pytest.approx(1, abs=0.12)
+
+
+def test_lists_of_all_lengths_calibrate_and_keep_what_is_true() -> None:
+    found = [each.with_fewer_goals() for each in some(200, goals=12)]
+    assert {each.goals.shape[1] for each in found} == {*range(3, 13)}
+    for fewer, whole in zip(found, some(200, goals=12), strict=True):
+        (place,), (before,) = fewer.true, whole.true
+        assert fewer.goals[:, place].tolist() == whole.goals[:, before].tolist()
+        assert fewer.unspecified.tolist() == whole.unspecified.tolist()
 
 
 def test_the_similarity_is_found_that_was_taken_from_the_evidence() -> None:

@@ -43,14 +43,14 @@ NEAREST = 40
 ANOTHER = 0.5  # cosine below which a goal is another aim
 SAME = 0.9  # cosine from which two goals say the same
 
-LONGER = 0.5  # share of scenarios that go on
-MOST = 4  # turns after the first
-ASIDE = 0.4  # share of these that tell nothing
-NOTHING = {"yes", "no", "undo", "ask", "buy", "finish", "clear", "none"}
 DENIAL = 6  # the place of a denied goal, after the six of its desk
 FEW = 2  # goals beside a goal and its denial, so that these are often compared
 DENYING = {"denied", "opposite", "postponed", "delegated", "done", "withdrawn"}
 
+LONGER = 0.5  # share of scenarios that go on
+MOST = 4  # turns after the first
+ASIDE = 0.4  # share of these that tell nothing
+NOTHING = {"yes", "no", "undo", "ask", "buy", "finish", "clear", "none"}
 SHORT = 4  # words up to which what was read as nothing is taken to tell nothing
 THINGS = (
     *("{}", "{} please", "I need {}", "and {}", "get me {}", "we need {}", "Could I have {}?"),

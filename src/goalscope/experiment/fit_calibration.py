@@ -57,10 +57,10 @@ class Observed:
 
     def with_fewer_goals(self) -> Observed:
         """With as many of its goals as chance says, two wrong ones at least."""
-        random, goals = chance(0, f"goals of {self.id}"), self.goals.shape[1]
-        wrong = [place for place in range(goals) if place not in self.true]
+        random, true = chance(0, f"goals of {self.id}"), self.true
+        wrong = [place for place in range(self.goals.shape[1]) if place not in true]
         least = min(2, len(wrong))
-        kept = [*self.true, *random.sample(wrong, random.randint(least, len(wrong)))]
+        kept = [*true, *random.sample(wrong, random.randint(least, len(wrong)))]
         return replace(
             self,
             goals=self.goals[:, kept],
