@@ -18,10 +18,7 @@ COLOURS = {
 TURNS = (
     ("What can I help you with?", "I'd like to bake something for Sunday."),
     ("What did you have in mind?", "A cake, with lots of cocoa in it."),
-    (
-        "Is there anything that you cannot use?",
-        "My sister gets ill from wheat, so no normal flour.",
-    ),
+    ("Is there anything that you cannot use?", "My sister can't eat gluten."),
 )
 
 

@@ -6,9 +6,9 @@ import { Ribbons } from "./ribbons.js";
 
 const GOALS = ["bake a chocolate cake", "bake a gluten-free cake", "cook an Italian dinner", "buy snacks for a party", "Unspecified"];
 const SAID = [
-  ["I'd like to bake something for Sunday.", [40, 31, 1, 1, 28]],
-  ["A cake, with lots of cocoa in it.", [61, 24, 0, 0, 15]],
-  ["My sister gets ill from wheat, so no normal flour.", [33, 54, 0, 0, 13]],
+  ["I'd like to bake something for Sunday.", [60, 36, 0, 0, 3]],
+  ["A cake, with lots of cocoa in it.", [85, 14, 0, 0, 1]],
+  ["My sister can't eat gluten.", [35, 65, 0, 0, 0]],
 ];
 
 export function example() {
