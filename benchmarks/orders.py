@@ -54,7 +54,7 @@ class Verbatim:
         *,
         question: str = "",
         before: Sequence[ReadExample] = (),
-        names: Iterable[str] = (),
+        here: str = "",
     ) -> Reading:
         """The words as one order."""
         return Reading((Order("add", message),))
@@ -146,9 +146,9 @@ def final_order(
     readings: list[Reading] = []
     for turn in dialogue.turns:
         question = "" if turn.query == OPENING else turn.query
-        names = [counter.state().text]
+        here = counter.state().here
         try:
-            reading = reader.read(turn.utterance, question=question, before=before, names=names)
+            reading = reader.read(turn.utterance, question=question, before=before, here=here)
         except UnreadableAnswerError:
             return None
         before.append(ReadExample(question, turn.utterance, reading.orders))

@@ -70,7 +70,7 @@ class CoffeeCounter(Environment):
     def resolve(self, order, dialogue, pick):
         if order.do == "finish":
             return Resolution((Action("finish"),))
-        if order.do in ("only", "budget", "leave", "undo"):
+        if order.do in ("only", "have", "budget", "leave", "undo"):
             return Resolution()
         goes, comes = ("", order.what) if order.do == "add" else (order.what, order.for_)
         comes = "" if order.do == "avoid" else comes

@@ -17,7 +17,7 @@ THINGS: tuple[str, ...] = (
     "lavender", "wildflowers", "roses", "hedge", "insect hotel", "bird bath", "pond", "sandpit",
     "swing", "vegetable patch", "tomatoes", "strawberries", "herbs", "compost heap", "greenhouse",
 )  # fmt: skip
-SHOWN = Example("We'd love our own food. A pond too, no roses.", "aim\nadd pond\navoid roses")
+SHOWN = Example("We'd love our own food. A pond, no roses.", "aim own food\nadd pond\navoid roses")
 VERBS = (
     Verb("add", "plant or build a thing", examples=(SHOWN,)),
     Verb("remove", "take out, or fell a tree", takes_away=True),

@@ -11,7 +11,7 @@ from goalscope.agent.agent import Agent
 from goalscope.agent.planner import Outcome, Planner, Want, attempted
 from goalscope.base.types import Action, Message, Profile, StepResult, Turn
 from goalscope.envs import Checks, Environment, Pick, Proactive, Resolution, State
-from goalscope.language.dialogue_state import DialogueState
+from goalscope.language.dialogue_state import LIMITS, DialogueState
 from goalscope.language.orders import Order, Verb
 from goalscope.models import Completion
 from goalscope.models.trace import traced
@@ -177,7 +177,7 @@ class LampRoom(Proactive):
             return self.undo(dialogue.to_undo)
         if order.do == "finish":
             return Resolution((Action("finish"),))
-        if order.do in ("avoid", "only", "leave", "budget"):
+        if order.do in LIMITS:
             lit = order.do == "avoid" and order.what in self.on
             return Resolution((Action("switch off", order.what),) if lit else ())
         if name := pick(order.what, self.names):

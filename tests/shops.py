@@ -46,7 +46,8 @@ def follow(opened: GroceryShop, *said: str) -> list[str]:
         readings.append(reading(each))
         warnings: list[str] = []
         for order in readings[-1].orders:
-            found = opened.resolve(order, fold(readings), PICK)
+            binding = fold(readings).beside(order, readings[-1].orders)
+            found = opened.resolve(order, binding, PICK)
             told += [found.why] if found.why else []
             assert all(execute(opened, action).ok for action in found.actions)
             warnings += [found.warning] if found.warning else []

@@ -100,6 +100,14 @@ def test_the_phrase_that_ends_the_task_ends_it_however_it_is_read(words, read) -
     assert round.reading == Reading((Order("finish"),))
 
 
+def test_a_farewell_that_is_read_as_the_end_waits_for_a_yes() -> None:
+    reads = {"I am off.": "finish", "yes": "yes"}
+    agent = Agent(LampRoom(["lamp"]), WordModel(REPLIES, reads=reads))
+    first = agent.step("What now?", "I am off.")
+    assert (first.terminated, first.pending) == (False, (Order("finish"),))
+    assert agent.step(first.question, "yes").terminated
+
+
 @pytest.mark.parametrize("words", ["Good night, lamp", "Say good night", "Do not say good night"])
 def test_words_around_the_phrase_are_read(words) -> None:
     model = WordModel(REPLIES, reads={words: "none"})

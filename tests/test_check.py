@@ -138,7 +138,7 @@ def test_a_guess_that_ignores_a_ban_in_lower_case_is_found() -> None:
         ("verbs, things = VERBS,", "verbs, things = VERBS[0],",
          "mine.py: `verbs` must be a tuple of Verbs, not the one Verb 'add'"),
         ('("what", "for")', '("what")', "must be a tuple, not the text 'what'. Write ('what',)"),
-        ('"aim\\nadd pond\\navoid roses"', '"plant pond"', "The orders of the example"),
+        ('"aim own food\\nadd pond\\navoid roses"', '"plant pond"', "The orders of the example"),
         ("examples=(SHOWN,)", "examples=('add pond',)", "`examples` must be a tuple of Examples"),
     ],
 )  # fmt: skip

@@ -103,14 +103,14 @@ def test_a_reader_sees_the_conversation(tmp_path, counter):
     seen = []
 
     class Listens(Verbatim):
-        def read(self, message, *, question="", before=(), names=()):
-            seen.append((message, question, [each.message for each in before], [*names]))
+        def read(self, message, *, question="", before=(), here=""):
+            seen.append((message, question, [each.message for each in before], here))
             return super().read(message)
 
     taken(tmp_path, counter, "mocha", "Right?", "decaf", reader=Listens())
     assert seen == [
-        ("mocha", "", [], ["Ordered: nothing."]),
-        ("decaf", "Right?", ["mocha"], ["Ordered: mocha."]),
+        ("mocha", "", [], "Ordered: nothing."),
+        ("decaf", "Right?", ["mocha"], "Ordered: mocha."),
     ]
 
 

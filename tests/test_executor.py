@@ -5,7 +5,7 @@ from dataclasses import replace
 import pytest
 
 from fakes import LampRoom, WordModel
-from goalscope.agent.executor import NOT_CONFIRMED, NOTHING
+from goalscope.agent.executor import NOT_CONFIRMED, NOTHING, UNANSWERED
 from goalscope.agent.guards import CONFIRM, HARM, SAY_YES
 from goalscope.base.types import (
     Action,
@@ -29,6 +29,8 @@ def test_what_lasts_waits_for_a_yes_to_exactly_that_question_in_that_state() -> 
     declined = agent.step(agent.ask(), "no")
     assert (env.smashed, declined.notes) == ([], (NOT_CONFIRMED,))
     assert agent.step(agent.ask(), "yes").results == ()
+    agent.step("", "smash vase")
+    assert UNANSWERED.format("smash vase") in agent.step(agent.ask(), "none").notes
     agent.step("", "smash vase")
     confirmed = agent.step(agent.ask(), "yes")
     assert (env.smashed, confirmed.released) == (["vase"], (Order("smash", "vase"),))

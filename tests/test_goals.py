@@ -45,6 +45,12 @@ def test_proposals_are_ranked_by_how_well_they_explain_the_words() -> None:
     assert texts(proposed(lines)) == ["soup soup soup", "eat the soup"]
 
 
+def test_what_the_person_told_comes_first_in_their_words() -> None:
+    found = proposed("walk the dog\nsoup soup soup", told=["an early night"], keep=2)
+    assert texts(found) == ["an early night", "soup soup soup"]
+    assert texts(proposed("walk the dog", [Goal("eat soup")], told=["Eat the soup"])) == []
+
+
 def test_words_that_do_not_count_speak_for_no_proposal() -> None:
     assert texts(proposed("eat the soup", weights=[(0, 0.0)])) == []
     assert texts(proposed("eat the soup", weights=[(0, 0.5)])) == ["eat the soup"]

@@ -145,6 +145,21 @@ def test_kinds_lead_to_items_and_the_nearest_fit_the_goal() -> None:
         (["add milk | 5", "remove milk | 2"], {"Whole Milk": 3}),
         (["add milk | 2", "swap milk | for oat milk"], {"Oat Milk": 2}),
         (["add milk; add eggs", "clear"], {}),
+        (
+            ["add milk; add eggs; add bread", "clear | but milk and eggs"],
+            {"Whole Milk": 1, "Large Eggs": 1},
+        ),
+        (["add milk; add eggs", "leave milk", "clear"], {"Whole Milk": 1}),
+        (["add milk; add oat milk", "remove milk | but oat milk"], {"Oat Milk": 1}),
+        (["avoid meat | but chicken", "add bacon; add chicken breasts"], {"Chicken Breasts": 1}),
+        (["add milk; add eggs", "have eggs"], {"Whole Milk": 1, "Large Eggs": 1}),
+        (["add milk", "leave milk", "remove milk"], {}),
+        (["add milk", "clear | but caviar"], {"Whole Milk": 1}),
+        (["add milk", "clear | but milk"], {"Whole Milk": 1}),
+        (["only vegan | but cheddar | why diet", "add chicken breasts"], {}),
+        (["avoid nuts | but walnuts | why allergy", "add walnuts"], {}),
+        (["have milk", "add milk"], {"Whole Milk": 1}),
+        (["add cola | 6 x 330 ml"], {"Cola": 1}),
         (["add walnuts; add milk", "avoid nuts | why allergy"], {"Whole Milk": 1}),
         (["only vegan", "add milk; add chicken"], {"Barista Soy Milk": 1}),
         (
@@ -292,7 +307,12 @@ def test_what_was_ruled_out_or_left_the_basket_is_not_offered() -> None:
     assert opened.actions("gala apples", DialogueState()) == []
     opened.reset()
     assert opened.actions("gala apples", DialogueState()) != []
-    for limit in ("avoid flour", "avoid gluten | for my sister | why diet", "budget | 1 $"):
+    for limit in (
+        "avoid flour",
+        "have flour",
+        "avoid gluten | for my sister | why diet",
+        "budget | 1 $",
+    ):
         offered = [each.target for each in opened.actions("bread flour", state_after(limit))]
         assert "Bread Flour" not in offered
 

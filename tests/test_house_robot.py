@@ -118,6 +118,9 @@ WHICH = [
     ("Kitchen1", "put mugs | where sink", ["put: mug 2 -> sink basin", "put: mug 1 -> sink basin"]),
     ("Kitchen1", "put knife | where counter", ["put: knife -> counter 1"]),
     ("Kitchen1", "turn on stove", ["turn on: stove burner 1"]),
+    ("Kitchen1", "turn on burner 3", ["turn on: stove burner 3"]),
+    ("Kitchen1", "slice potato 2", ["slice: potato 2"]),
+    ("Kitchen1", "put plate 2 | where counter 2", ["put: plate 2 -> counter 2"]),
     ("Kitchen1", "put bowl | where stove", ["put: bowl -> stove burner 3"]),
     ("Kitchen1", "turn off everything", ["turn off: light switch"]),
     ("Kitchen1", "put fork | where bin", ["put: fork -> garbage can"]),
@@ -186,6 +189,7 @@ def test_dishes_are_made_of_simpler_actions(robot: HomeRobot) -> None:
 SO = [
     ("close fridge", "The fridge is closed already."),
     ("open vase", "There is no vase here."),
+    ("turn on burner 9", "There is no burner 9 here."),
     ("put apple | where moon", "There is no moon here."),
     ("put apple | where counter", "The apple is on counter 2 already."),
     ("slice apple | where fridge", "There is no apple in or on the fridge."),
@@ -195,6 +199,24 @@ SO = [
     ("open", "Please say what I am to open."),
     ("put everything | where bin", "Please name the things that I am to put."),
 ]
+
+
+def test_what_is_excepted_is_left_as_it_is(robot: HomeRobot) -> None:
+    follow(robot, "open fridge", "open drawer 1", "open microwave")
+    said = order("close everything | but fridge and drawer 1")
+    found = robot.resolve(said, FREE.beside(said, [said]), pick)
+    assert [*map(str, found.actions)] == ["close: microwave"]
+    said = order("close everything | but safe")
+    found = robot.resolve(said, FREE.beside(said, [said]), pick)
+    assert (found.actions, found.why) == ((), "There is no safe here, so all stays as it is.")
+    assert plan(robot, "close fridge", after("leave everything | but fridge")) == ["close: fridge"]
+
+
+def test_a_number_belongs_to_a_name_or_names_nothing(robot: HomeRobot) -> None:
+    assert why(robot, "put 2 | where sink") != ""
+    assert plan(robot, "open cabinet 2") == ["open: cabinet 2"]
+    assert plan(robot, "slice potato 1") == ["slice: potato 1"]
+    assert why(robot, "break egg 7") == "There is no egg 7 here."
 
 
 @pytest.mark.parametrize(("said", "told"), SO)

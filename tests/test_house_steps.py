@@ -196,7 +196,7 @@ def test_no_need_is_served_with_what_was_ruled_out_or_ordered(robot: HomeRobot, 
 
 
 def test_the_robot_tells_what_is_here_and_finds_scenarios_like_it(robot: HomeRobot) -> None:
-    assert {"apple", "coffee machine", "fridge"} <= {*robot.here().split(", ")}
+    assert {"apple", "coffee machine", "fridge"} <= {*robot.room().split(", ")}
     like = robot.like("I'd like a coffee", 4)
     assert len(like) == 4
     assert {each.domain for each in like} == {"house"}

@@ -18,7 +18,11 @@ from lessons import Lesson, lessons_of
 
 LANGUAGES = {"grocery": Language((Verb("add", ""), Verb("clear", "", ())), "You sell food.", ())}
 ROWS = {
-    "message": {"id": "a-1", "domain": "grocery", "message": "milk", "orders": []},
+    "message": {
+        "id": "a-1",
+        "domain": "grocery",
+        "turns": [{"message": "milk", "orders": []}],
+    },
     "talk": {
         "id": "a-2",
         "domain": "grocery",
@@ -79,7 +83,10 @@ def test_recombined_messages_say_what_their_orders_name(
     names = ["milk", "tea", "rice", "soap", "eggs", "pears"]
     rows = [
         ROWS["message"]
-        | {"id": f"a-{n}", "message": f"{name}, please", "orders": [{"do": "add", "what": name}]}
+        | {
+            "id": f"a-{n}",
+            "turns": [{"message": f"{name}, please", "orders": [{"do": "add", "what": name}]}],
+        }
         for n, name in enumerate(names)
     ]
     found = read(tmp_path, *rows)

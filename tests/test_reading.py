@@ -11,11 +11,11 @@ from goalscope.envs.house import HomeRobot
 from goalscope.experiment.reading_scores import (
     Language,
     Line,
-    line_to_json,
     read_corpus,
     read_languages,
     read_lines,
     score,
+    turn_to_json,
 )
 from goalscope.language.orders import Order, orders_from_text, orders_to_text, words_of
 from goalscope.language.reader import Reader
@@ -78,10 +78,16 @@ def test_what_was_not_read_is_wrong_even_where_nothing_was_to_be_read():
 
 
 def test_a_line_reads_back(tmp_path):
-    line = Line("kim-1", "grocery", ("hello",), "What else?", "milk", (MILK, EGGS))
+    lines = [
+        Line("kim-1.1", "grocery", (), "", "hello", (Order("none"),)),
+        Line(
+            "kim-1.2", "grocery", ("hello",), "What else?", "milk", (MILK, EGGS), "1 x Tea", "each"
+        ),
+    ]
     file = tmp_path / "kim.jsonl"
-    file.write_text(json.dumps(line_to_json(line)) + "\n")
-    assert read_corpus(file) == [line]
+    turns = [*map(turn_to_json, lines)]
+    file.write_text(json.dumps({"id": "kim-1", "domain": "grocery", "turns": turns}) + "\n")
+    assert read_corpus(file) == lines
 
 
 @pytest.mark.parametrize(
@@ -89,9 +95,14 @@ def test_a_line_reads_back(tmp_path):
     [
         ("{", "line 1"),
         ("[]", "must be an object"),
-        ('{"id": "a", "domain": "grocery", "message": "x"}', "'orders'"),
-        ('{"id": "a", "domain": "grocery", "message": "x", "orders": [{"do": ""}]}', '"do"'),
-        ('{"id": "a", "domain": "grocery", "message": "x", "orders": 3}', "line 1"),
+        ('{"id": "a", "domain": "grocery"}', "'turns'"),
+        ('{"id": "a", "domain": "grocery", "turns": 3}', "line 1"),
+        ('{"id": "a", "domain": "grocery", "turns": [[]]}', "must be an object"),
+        ('{"id": "a", "domain": "grocery", "turns": [{"message": "x"}]}', "'orders'"),
+        (
+            '{"id": "a", "domain": "grocery", "turns": [{"message": "x", "orders": [{"do": ""}]}]}',
+            '"do"',
+        ),
     ],
 )
 def test_a_wrong_line_is_named(tmp_path, text, told):

@@ -194,7 +194,7 @@ def test_a_domain_of_ones_own_is_served_and_no_file_that_a_request_names_is_run(
         shown = ann.get(episode)
         assert (shown["episode"]["domain"], shown["episode"]["view"]) == (str(mine), "text")
         assert shown["rounds"][0]["status"] == "The lamp is on."
-        assert ann.say(episode, "finish") is None
+        assert ann.say(episode, "Good night") is None
         for name in (str(other), "grocery", "numpy"):
             refused = ann.post("/api/episodes", 400, domain=name)["error"]
             assert refused == f"There is no domain '{name}' here, but {mine}."

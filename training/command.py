@@ -6,6 +6,7 @@ import argparse
 import shlex
 import sys
 from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
 
 from corpus import Entry, corpus_facts, read_entries
@@ -13,6 +14,7 @@ from goalscope.cli.fit import base_of, engine_of
 from goalscope.cli.reading import chosen_lines, languages_of
 from goalscope.experiment.reading_scores import Line
 from goalscope.fitting.train import check_folder
+from goalscope.models.adapters import read_adapter
 from lessons import lessons_of
 from writing import WritingSettings, fit_writing
 
@@ -44,7 +46,10 @@ def run(
     parser.add_argument(
         "--domain", action="append", default=[], help="FILE.py or FILE.toml of its messages."
     )
+    parser.add_argument("--start", type=Path, help="Adapter to start from.  [default: none]")
+    parser.add_argument("--epochs", type=float, default=settings.epochs)
     given = parser.parse_args()
+    settings = replace(settings, epochs=given.epochs)
     corpus = [*corpus, *given.corpus]
     languages = languages_of([*domains, *given.domain])
 
@@ -69,6 +74,7 @@ def run(
         base=base_of(given.model),
         corpus=corpus_facts(taught, [str(path) for path in corpus]),
         command=shlex.join(["python", *sys.argv]),
+        start=read_adapter(given.start, engine.network.model.config) if given.start else None,
     )
     for step, steps, loss in fit:
         if step % 20 == 0 or step == steps:

@@ -14,7 +14,7 @@ from typing import Any, cast
 from goalscope.base.types import InvalidInputError, Turn
 from goalscope.envs.registry import SHOP
 from goalscope.envs.scenarios import Scenario
-from goalscope.experiment.reading_scores import Line, line_from_json, read_rows
+from goalscope.experiment.reading_scores import Line, lines_from_json, read_rows
 
 _RECIPES = 2400
 _LISTS = ("said", "needed", "nice", "unwanted")
@@ -83,12 +83,12 @@ def _entries(data: object, number: int) -> list[Entry]:
     each = cast("dict[str, Any]", data)
     if "ingredients" in each:
         return [*_recipe(each, number)]
-    if "orders" in each:
-        return [line_from_json(each)]
+    if "id" in each and "message" in (each.get("turns") or [{}])[0]:
+        return [*lines_from_json(each)]
     if "needed" in each:
         return [scenario_from_json(each)]
     if "goals" not in each:
-        raise InvalidInputError("a line must have 'orders', 'goals' or 'needed'")
+        raise InvalidInputError("a line must have 'goals', 'needed', or 'turns' with messages")
     turns = tuple(Turn(str(turn["query"]), str(turn["utterance"])) for turn in each["turns"])
     if not turns:
         raise InvalidInputError("there are no turns")

@@ -11,7 +11,7 @@ OTHERS = CORPUS / "others"
 if __name__ == "__main__":
     run(
         "reader",
-        [CORPUS / "train", OTHERS / "train", OTHERS / "train"],  # the others count twice
+        [CORPUS / "train", OTHERS / "train"],
         WritingSettings(rank=16, epochs=3),
         validate=[CORPUS / "dev"],
         domains=["grocery", "house", str(OTHERS / "verbs.toml")],

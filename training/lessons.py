@@ -19,6 +19,7 @@ from goalscope.base.nouns import singulars
 from goalscope.base.types import Message
 from goalscope.envs.scenarios import Nearest, Scenario
 from goalscope.experiment.reading_scores import Language, Line
+from goalscope.language.amounts import figures
 from goalscope.language.dialogue_state import acting
 from goalscope.language.orders import Order, speaks, words_of
 from goalscope.language.reader import Reader, ReadExample
@@ -174,10 +175,17 @@ def _reading_lesson(
     before: list[ReadExample] = []
     found: list[Lesson] = []
     for line in recombine(conversation, draw):
-        prompt = reader.prompt(line.message, question=line.question, before=before)
-        found.append(Lesson("reading", prompt, reader.written(line.orders)))
-        before.append(ReadExample(line.question, line.message, line.orders))
+        prompt = reader.prompt(line.message, question=line.question, before=before, here=line.here)
+        orders = tuple(map(_in_figures, line.orders))
+        found.append(Lesson("reading", prompt, reader.written(orders)))
+        before.append(ReadExample(line.question, line.message, orders))
     return found
+
+
+def _in_figures(order: Order) -> Order:
+    """The order with the numbers in its names as the reader is shown them."""
+    names = {key: figures(getattr(order, key)) for key in ("what", "but", "for_", "where", "if_")}
+    return replace(order, **names)
 
 
 def _conversations(lines: Sequence[Line]) -> list[Conversation]:
@@ -242,8 +250,12 @@ def _named_things(conversation: Conversation) -> Iterator[tuple[str, tuple[str, 
 
 
 def _texts(line: Line) -> list[str]:
-    slots = (text for each in line.orders for text in (each.what, each.for_, each.where, each.if_))
-    return [line.message, line.question, *filter(None, slots)]
+    slots = (
+        text
+        for each in line.orders
+        for text in (each.what, each.but, each.for_, each.where, each.if_)
+    )
+    return [line.message, line.question, line.here, *filter(None, slots)]
 
 
 def _only_in_full(what: str, conversation: Conversation) -> bool:
@@ -272,6 +284,7 @@ def _renamed(line: Line, what: str, other: str) -> Line:
         return replace(
             order,
             what=renamed(order.what),
+            but=renamed(order.but),
             for_=renamed(order.for_),
             where=renamed(order.where),
             if_=renamed(order.if_),
@@ -281,5 +294,6 @@ def _renamed(line: Line, what: str, other: str) -> Line:
         line,
         message=renamed(line.message),
         question=renamed(line.question),
+        here=renamed(line.here),
         orders=tuple(map(order_renamed, line.orders)),
     )

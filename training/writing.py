@@ -15,7 +15,7 @@ from goalscope.base.optional_packages import package
 from goalscope.belief.likelihood import RolePlay
 from goalscope.fitting.learner import Learner
 from goalscope.fitting.train import KEPT, Training, locked, writing_to
-from goalscope.models.adapters import FITTED_SOURCES, FITTED_TASK, write_adapter
+from goalscope.models.adapters import FITTED_SOURCES, FITTED_TASK, Adapter, write_adapter
 from goalscope.models.llama.trie import Trie
 from goalscope.models.torch.model import Transformers
 from lessons import Draw, Lesson
@@ -53,6 +53,7 @@ def fit_writing(
     base: str,
     corpus: Mapping[str, Any],
     command: str,
+    start: Adapter | None = None,
 ) -> Iterator[tuple[int, int, float]]:
     """Fit an adapter, yielding steps done, total steps, and the last loss in nats per token.
 
@@ -67,6 +68,7 @@ def fit_writing(
         base: Public name of the model.
         corpus: The sources of the lessons, for `fit.json`; with "files", a list.
         command: The command line.
+        start: The adapter to start from, whose rank is kept.
 
     Raises:
         InvalidInputError: The folder contains something else, or another fit.
@@ -80,6 +82,7 @@ def fit_writing(
             rank=settings.rank,
             layers=1.0,
             seed=settings.seed,
+            start=start,
         )
         about = {"base": base, "corpus": dict(corpus)}
         batches = _batches((_tokens(learner, each) for each in _drawn(lessons, settings)), settings)

@@ -65,7 +65,7 @@ class Narrow(WordModel):
     """Refuses what does not fit, as models do, and keeps what it was asked to write."""
 
     def __init__(self) -> None:
-        super().__init__({**REPLIES, "the most likely": '"2"', "the least likely": '"1"'}, 900)
+        super().__init__({**REPLIES, "the most likely": '"2"', "the least likely": '"1"'}, 960)
         self.prompts: list[str] = []
 
     def token_logprobs(self, contexts, continuations):

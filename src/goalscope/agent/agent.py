@@ -381,7 +381,7 @@ class Agent:
                 turn.utterance,
                 question="" if completes(self.env, turn.utterance) else _question_of(turn),
                 before=before,
-                names=[self.env.state().text],
+                here=self.env.state().here,
             )
         except UnreadableAnswerError as error:
             reading, unread = Reading((Order("none"),)), [str(error)]

@@ -16,6 +16,7 @@ from goalscope.agent.guards import (
     reason_to_wait,
     speaks_of_harm,
 )
+from goalscope.agent.people import completes
 from goalscope.agent.round import Guess, Round, mentions, retracted, state_after
 from goalscope.base.nouns import singulars
 from goalscope.base.types import StepResult, Turn
@@ -33,8 +34,14 @@ NOTHING = "There is nothing to undo. Please say what is to change."
 NOT_CONFIRMED = "Not done."
 """Note where an order that waited for a yes did not get it."""
 
+UNANSWERED = 'Left out for now, as you did not answer: "{}".'
+"""Note where they spoke of something else."""
+
 NOT_BACK = "Nobody can take that back."
 """Why an irreversible action is not undone."""
+
+ENDS = "That ends the task."
+"""Why the end of the task waits for a yes where its phrase was not said."""
 
 _UNDO = Order("undo")
 
@@ -110,7 +117,7 @@ class Execution:
             return HARM
         if not self.pending or self.offer:
             return self.offer
-        understood = "; ".join(orders_to_text(self.pending).replace(" | ", " ").splitlines())
+        understood = _told(self.pending)
         why = filter(None, dict.fromkeys(self.reasons))
         return " ".join([*why, f'I understood "{understood}".', self.end])
 
@@ -175,8 +182,11 @@ class Executor:
                 ]
             ),
         )
-        if rounds and rounds[-1].pending and not done.released:
-            done.notes.append(NOT_CONFIRMED)
+        if rounds and (waited := rounds[-1].pending) and not done.released:
+            answered = {"yes", "no"} & {order.do for order in reading.orders}
+            said_again = any(order in waited for order in reading.orders)
+            silent = not (answered or said_again or harm or rounds[-1].given_up)
+            done.notes.append(UNANSWERED.format(_told(waited)) if silent else NOT_CONFIRMED)
         self._undo(rounds, done)
         done.dialogue = self.dialogue_state(
             rounds, reading, released=done.released, retracts=done.retracts
@@ -238,6 +248,8 @@ class Executor:
             limit = None if order.do in self._takes_away else done.dialogue.forbids(order)
             sure = done.reading.sure(order, self._unsure)
             reason = reason_to_wait(order, limit, sure=sure, wary=done.wary)
+            if self._ends(order) and not completes(self._env, done.turn.utterance):
+                reason = reason or ENDS
             if limit:
                 done.hold(order, reason, grave=True)
                 return
@@ -257,6 +269,11 @@ class Executor:
             if not result.ok:
                 break
         done.notes += [found.warning] if found.actions and found.warning else []
+
+    def _ends(self, order: Order) -> bool:
+        """Whether an order ends the task without a question of its own."""
+        verb = self._verbs[order.do]
+        return verb.ends and not verb.irreversible
 
     def _released(
         self, rounds: Sequence[Round], turn: Turn, reading: Reading, confirmed: bool
@@ -339,3 +356,8 @@ class Executor:
 def _leading(belief: Belief) -> str:
     """The text of the likeliest goal; "" for none."""
     return belief.top(1)[0][0].text if belief.goals else ""
+
+
+def _told(orders: Sequence[Order]) -> str:
+    """Orders in one line: "add milk 2; remove pears"."""
+    return "; ".join(orders_to_text(orders).replace(" | ", " ").splitlines())

@@ -7,7 +7,13 @@ from typing import Literal, Protocol
 
 from goalscope.agent.guards import CONFIRM
 from goalscope.base.text import plain
-from goalscope.base.types import InvalidInputError, Message, Profile, Turn, checked_text
+from goalscope.base.types import (
+    InvalidInputError,
+    Message,
+    Profile,
+    Turn,
+    checked_text,
+)
 from goalscope.envs import Environment, completion_phrase
 from goalscope.models import Generator, LanguageModel
 from goalscope.prompts import recent, render, transcript
@@ -161,7 +167,8 @@ class ConsoleHuman:
 
 def completes(env: Environment, said: str) -> bool:
     """Whether an utterance ends with the phrase that ends the task."""
-    return plain(said).casefold().rstrip(" .!\"'").endswith(completion_phrase(env).casefold())
+    words = " ".join(plain(said).casefold().split()).rstrip(" .!\"'")
+    return words.endswith(completion_phrase(env).casefold())
 
 
 def consents(query: str, env: Environment, *, done: bool) -> str:

@@ -185,7 +185,7 @@ class NeedPlanner:
         self, env: Proactive, aims: Sequence[str], leading: int, said: str, served: _Served
     ) -> list[dict[ActionSequence, float]]:
         """The value under each aim, from -1 to 1, of what the writer lists for the leading one."""
-        room = env.here()
+        room = env.room()
         written = self.writer.needs(aims[leading], said, (), room)
         listed = [*written, *env.offers(f"{said} {aims[leading]}".strip(), _OFFERS)]
         sequences = {sequence: thing for thing in reversed(listed) if (sequence := served(thing))}

@@ -201,7 +201,11 @@ class GoalManager:
             if missing or (propose and reading and _tells_another_aim(reading, rounds)):
                 progress("proposing goals")
                 changes = self.added(
-                    tracker.likelihood, tracker.belief, tracker.turns, [*past, *corrections]
+                    tracker.likelihood,
+                    tracker.belief,
+                    tracker.turns,
+                    [*past, *corrections],
+                    told=_aims(reading),
                 )
                 if most is not None:
                     del changes[max(0, most - len(tracker.belief.goals)) :]
@@ -220,6 +224,8 @@ class GoalManager:
         belief: Belief,
         turns: Sequence[Turn],
         changes: Sequence[GoalChange],
+        *,
+        told: Sequence[str] = (),
     ) -> list[GoalChange]:
         """Goals to add.
 
@@ -229,6 +235,7 @@ class GoalManager:
             turns: The transcript.
             changes: All earlier changes. A goal that was removed as the least likely is a candidate
                 again; one whose removal was `final` is not.
+            told: Aims in the person's own words, which are the first to add.
         """
         if self.propose == "paper":
             known = [*belief.goals, *belief.ruled_out]
@@ -245,6 +252,7 @@ class GoalManager:
             [*belief.goals, *ruled_out],
             weights=belief.weights,
             past=[goal for text, goal in past.items() if text not in out],
+            told=told,
         )
 
     @during(module="remove")
@@ -317,6 +325,13 @@ def _may_tell_aim(reading: Reading, *, known: bool) -> bool:
     return reading.only_tells or bool(acting(reading.orders))
 
 
+def _aims(reading: Reading | None) -> list[str]:
+    """The aims that words tell, as they tell them."""
+    return (
+        [each.what for each in reading.orders if each.do == "aim" and each.what] if reading else []
+    )
+
+
 def _tells_another_aim(reading: Reading, rounds: Sequence[PastRound]) -> bool:
     """Whether an aim was told before, too: words that name both may seem explained by the old."""
     told = [reading, *(round.reading for round in rounds if round.reading)]
@@ -337,32 +352,41 @@ def propose(
     *,
     weights: Sequence[tuple[int, float]] = (),
     past: Sequence[Goal] = (),
+    told: Sequence[str] = (),
     keep: int | None = 3,
 ) -> list[GoalChange]:
     """Goals to add to the known ones, those of the belief and its `ruled_out`.
 
-    The proposer lists candidates, likeliest first; one that differs from a known goal only by a
-    determiner is none. With a likelihood, the goals of the `past`, which had been removed, are
-    candidates, too; the `keep` candidates that explain the person's words best, and better than no
-    goal, are added. Turns count by their `weights` (see `Belief.weights`). Without a likelihood,
-    the first `keep` are added, or all if that is None.
+    What the person `told` comes first, in their own words. The proposer lists candidates, likeliest
+    first; one that differs from a known goal only by a determiner is none. With a likelihood, the
+    goals of the `past`, which had been removed, are candidates, too; those that explain the
+    person's words best, and better than no goal, are added, up to `keep` goals in all. Turns count
+    by their `weights` (see `Belief.weights`). Without a likelihood, the first ones are added, or
+    all if `keep` is None.
     """
     known = {_gist(goal.text) for goal in (*goals, *past)}
+    held_now = {_gist(goal.text) for goal in goals}
+    own = {gist: Goal(text) for text in told if (gist := _gist(text)) and gist not in held_now}
+    known |= own.keys()
+    past = [goal for goal in past if _gist(goal.text) not in own]
+    added = [GoalChange("added", goal, "the person's own words") for goal in own.values()][:keep]
+    rest = None if keep is None else max(keep - len(added), 0)
     candidates = [*past] if likelihood else []
-    held = [goal.text for goal in goals if goal != UNSPECIFIED]
+    held = [goal.text for goal in (*goals, *own.values()) if goal != UNSPECIFIED]
     for text in proposer.goals(task, turns, held):
         if _gist(text) not in known:
             candidates.append(Goal(text))
             known.add(_gist(text))
     if likelihood is None:
-        return [GoalChange("added", goal, "the model proposed it") for goal in candidates[:keep]]
+        proposed = candidates[:rest]
+        return added + [GoalChange("added", goal, "the model proposed it") for goal in proposed]
     if not candidates:
-        return []
+        return added
     table = likelihood.log_likelihood(task, [*candidates, UNSPECIFIED], turns)
     table = weighed(table, weights)
     gains: list[float] = (table[:, :-1].sum(axis=0) - table[:, -1].sum()).tolist()
-    best = sorted(zip(candidates, gains, strict=True), key=lambda each: -each[1])[:keep]
-    return [
+    best = sorted(zip(candidates, gains, strict=True), key=lambda each: -each[1])[:rest]
+    return added + [
         GoalChange(
             "added",
             goal,

@@ -50,17 +50,17 @@ def bench_reading(
 ) -> None:
     """Read messages with known orders, and report the accuracy.
 
-    A line of the file is {"id", "domain", "context": [earlier messages], "message", "orders":
-    [{"do", "what", "quantity", "unit", "for", "where", "if"}]}. A message is exact if all its
-    orders are right; F1 compares orders by verb and target.
+    A line of the file is a conversation: {"id", "domain", "turns": [{"here", "question",
+    "message", "orders": [{"do", "what", "quantity", "unit", "but", "for", "where", "if"}]}]}. A
+    message is exact if all its orders are right; F1 compares orders by verb and target.
     """
     from goalscope.experiment.reading_scores import (
         asking,
         differs,
-        line_to_json,
         read_corpus,
         read_lines,
         score,
+        turn_to_json,
     )
     from goalscope.experiment.summary import Table, percent
     from goalscope.language.orders import order_to_json, orders_to_text
@@ -107,7 +107,9 @@ def bench_reading(
     if as_json:
         rows = [
             {
-                **line_to_json(line),
+                "id": line.id,
+                "domain": line.domain,
+                **turn_to_json(line),
                 "read": None if read is None else [order_to_json(each) for each in read.orders],
                 "margins": read and read.margins,
             }

@@ -35,15 +35,19 @@ class State:
     Attributes:
         text: The state for people and prompts.
         fingerprint: Equal if and only if the states are equal; by default, the text.
+        here: The state in few words for the reader, which may use them: names of things, and what
+            is open, on, or held; by default, the text.
     """
 
     text: str
     fingerprint: str = ""
+    here: str = ""
 
     def __post_init__(self) -> None:
-        """Let the text identify the state where nothing else does."""
-        if not self.fingerprint:
-            object.__setattr__(self, "fingerprint", self.text)
+        """Let the text stand for what is not given."""
+        for name in ("fingerprint", "here"):
+            if not getattr(self, name):
+                object.__setattr__(self, name, self.text)
 
 
 @dataclass(frozen=True, slots=True)
@@ -153,7 +157,8 @@ class Environment(AbstractContextManager["Environment"]):
     def resolve(self, order: Order, dialogue: DialogueState, pick: Pick) -> Resolution:
         """Resolve an order to actions, or to one sentence that says why not.
 
-        The order has a verb of the domain, or is a limit ("avoid", "only", "budget", "leave"), for
+        The order has a verb of the domain, or is a limit ("avoid", "only", "have", "budget",
+        "leave"), for
         which the actions undo violations, or is an "undo", for which they undo the results
         `dialogue.to_undo`. `Resolution()` stands for a limit that needs no action, and for an undo
         that the domain does not know.
@@ -233,7 +238,7 @@ class Proactive(Environment):
         """Scenarios similar to a text, nearest first, with needs that can be served here."""
         return []
 
-    def here(self) -> str:
+    def room(self) -> str:
         """A description of what is here, if the needs of goals depend on it."""
         return ""
 

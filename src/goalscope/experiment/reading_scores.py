@@ -42,8 +42,8 @@ _ARTICLES = frozenset(
 class Line:
     """A message of a corpus, and its right orders.
 
-    `context` has the person's earlier messages, oldest first; the agent's `question` is "" if it
-    does not matter.
+    `context` has the person's earlier messages, oldest first; the agent's `question` and what is
+    `here` are "" if they do not matter. `kind` is what makes the message hard; "" for nothing.
     """
 
     id: str
@@ -52,6 +52,8 @@ class Line:
     question: str
     message: str
     orders: tuple[Order, ...]
+    here: str = ""
+    kind: str = ""
 
 
 @dataclass(frozen=True, slots=True)
@@ -131,7 +133,7 @@ def read_corpus(path: Path) -> list[Line]:
     Raises:
         InvalidInputError: There is none, or a line is wrong; says which and why.
     """
-    return read_rows(path, lambda data, _: [line_from_json(data)])
+    return read_rows(path, lambda data, _: lines_from_json(data))
 
 
 def read_rows(path: Path, read: Callable[[object, int], Iterable[Row]]) -> list[Row]:
@@ -175,27 +177,28 @@ def read_lines(lines: Sequence[Line], reader: Reader) -> Iterator[tuple[Line, Re
 
     Earlier messages of its conversation are read first, as they would have been.
     """
-    asked: dict[tuple[str, ...], str] = {}
+    shown: dict[tuple[str, ...], tuple[str, str]] = {}
     known: dict[tuple[str, ...], Reading | None] = {}
-    nothing = Reading((Order("none"),))
+    nothing, none = Reading((Order("none"),)), ("", "")
 
     def read(said: tuple[str, ...]) -> Reading | None:
         if said not in known:
             earlier = [said[: n + 1] for n in range(len(said) - 1)]
             before = [
-                ReadExample(asked.get(each, ""), each[-1], (read(each) or nothing).orders)
+                ReadExample(shown.get(each, none)[0], each[-1], (read(each) or nothing).orders)
                 for each in earlier
             ]
+            question, here = shown.get(said, none)
             try:
-                known[said] = reader.read(said[-1], question=asked.get(said, ""), before=before)
+                known[said] = reader.read(said[-1], question=question, before=before, here=here)
             except UnreadableAnswerError:
                 known[said] = None
         return known[said]
 
     for line in lines:
         said = (*line.context, line.message)
-        if asked.get(said) != line.question:
-            asked[said] = line.question
+        if shown.get(said) != (line.question, line.here):
+            shown[said] = line.question, line.here
             known.pop(said, None)
         yield line, read(said)
 
@@ -262,39 +265,48 @@ def differs(gold: Sequence[Order], found: Sequence[Order] | None) -> int:
     return ((wanted - given) + (given - wanted)).total()
 
 
-def line_from_json(data: object) -> Line:
-    """A message from a line's object.
+def lines_from_json(data: object) -> list[Line]:
+    """The messages of a conversation from a line's object.
 
     Raises:
         InvalidInputError: A key is missing, or its value is of another kind.
     """
-    if not isinstance(data, dict):
-        raise InvalidInputError("a line must be an object")
-    each = cast("dict[str, Any]", data)
-    for key in ("id", "domain", "message", "orders"):
-        if key not in each:
-            raise InvalidInputError(f"there is no {key!r}")
-    orders = tuple(map(order_from_json, each["orders"]))
-    return Line(
-        str(each["id"]),
-        str(each["domain"]),
-        tuple(map(str, each.get("context") or ())),
-        str(each.get("question") or ""),
-        str(each["message"]),
-        orders or (Order("none"),),
-    )
+    conversation = _with_keys(data, "id", "domain", "turns")
+    lines: list[Line] = []
+    for number, turn in enumerate(conversation["turns"], 1):
+        each = _with_keys(turn, "message", "orders")
+        lines.append(
+            Line(
+                f"{conversation['id']}.{number}",
+                str(conversation["domain"]),
+                tuple(line.message for line in lines),
+                str(each.get("question") or ""),
+                str(each["message"]),
+                tuple(map(order_from_json, each["orders"])) or (Order("none"),),
+                str(each.get("here") or ""),
+                str(each.get("kind") or ""),
+            )
+        )
+    return lines
 
 
-def line_to_json(line: Line) -> dict[str, Any]:
-    """A line as JSON."""
+def turn_to_json(line: Line) -> dict[str, Any]:
+    """A message as a turn of its conversation's JSON."""
+    told = {"here": line.here, "question": line.question, "message": line.message}
     return {
-        "id": line.id,
-        "domain": line.domain,
-        "context": list(line.context),
-        **({"question": line.question} if line.question else {}),
-        "message": line.message,
+        **{key: text for key, text in told.items() if text},
+        **({"kind": line.kind} if line.kind else {}),
         "orders": [order_to_json(each) for each in line.orders],
     }
+
+
+def _with_keys(data: object, *keys: str) -> dict[str, Any]:
+    if not isinstance(data, dict):
+        raise InvalidInputError("a line must be an object, and so must each of its turns")
+    for key in keys:
+        if key not in data:
+            raise InvalidInputError(f"there is no {key!r}")
+    return cast("dict[str, Any]", data)
 
 
 def _bag(
@@ -313,6 +325,7 @@ def _even(order: Order) -> Order:
         unit=_singular(order.unit.casefold()),
         for_=_phrase(order.for_),
         where="" if order.do == "ask" else _phrase(order.where),
+        but=_phrase(order.but),
         if_="if" if order.if_ else "",
         why="",
     )

@@ -5,6 +5,7 @@ Old words are never read again. An undo leaves readings out; an allergy or a die
 
 from __future__ import annotations
 
+import re
 from collections.abc import Collection, Sequence
 from dataclasses import dataclass, replace
 
@@ -15,7 +16,7 @@ from goalscope.language.orders import DIALOGUE_ACTS, REASONS, Order, Reading
 GRAVE = ("allergy", "diet")
 """Reasons of limits that are lifted only by the person's confirmation."""
 
-LIMITS = ("avoid", "only", "budget", "leave")
+LIMITS = ("avoid", "only", "have", "budget", "leave")
 """Dialogue acts that hold from then on; environments resolve them, too."""
 
 _ACTS = frozenset(act.name for act in DIALOGUE_ACTS)
@@ -26,7 +27,8 @@ class DialogueState:
     """The state of a dialogue.
 
     Attributes:
-        limits: Things that must not come ("avoid"), and properties that all must have ("only").
+        limits: Things that must not come ("avoid"), properties that all must have ("only"), and
+            things that the person has already ("have").
         budget: The most that everything may cost; None for no limit.
         untouched: Things to leave as they are.
         asked: Orders that were not retracted, oldest first.
@@ -52,15 +54,23 @@ class DialogueState:
     def beside(self, order: Order, said: Collection[Order]) -> DialogueState:
         """What binds an order of an utterance whose orders are `said`.
 
-        In "turn off the laptop, but leave it there" the second part does not bind the first. In
-        "put the phone into the drawer, and leave the phone on the sofa" there are two phones.
+        What the order excepts is left as it is. In "turn off the laptop, but leave it there" the
+        second part does not bind the first. In "put the phone into the drawer, and leave the phone
+        on the sofa" there are two phones.
         """
 
         def same(limit: Order) -> bool:
             two = limit.where and order.where
             return limit in said and names(order.what, limit.what) and not two
 
-        return replace(self, untouched=tuple(each for each in self.untouched if not same(each)))
+        bound = (each for each in self.untouched if not same(each))
+        excepted = (Order("leave", each) for each in exceptions(order))
+        return replace(self, untouched=(*bound, *excepted))
+
+
+def exceptions(order: Order) -> list[str]:
+    """The things that an order excepts: of "milk and eggs", two."""
+    return [each.strip() for each in re.split(r",| and | or ", order.but) if each.strip()]
 
 
 def acting(orders: Sequence[Order]) -> tuple[Order, ...]:
@@ -108,7 +118,7 @@ def fold(
 
 
 def _with(state: DialogueState, order: Order, *, lifts: bool) -> DialogueState:
-    if order.do in ("avoid", "only") and order.what:
+    if order.do in ("avoid", "only", "have") and order.what:
         same = [each for each in state.limits if _about(each) == _about(order)]
         others = [each for each in state.limits if each not in same]
         gravest = min((order, *same), key=lambda each: REASONS.index(each.why or REASONS[-1]))
@@ -119,8 +129,9 @@ def _with(state: DialogueState, order: Order, *, lifts: bool) -> DialogueState:
         return replace(state, untouched=(*state.untouched, order))
     if order.do in _ACTS:
         return state
-    state = _lifted(state, order, grave=False) if lifts else state
-    return replace(state, asked=(*state.asked, order))
+    free = _lifted(state, order, grave=False)
+    limits = free.limits if lifts else state.limits
+    return replace(state, limits=limits, untouched=free.untouched, asked=(*state.asked, order))
 
 
 def _lifted(state: DialogueState, order: Order, *, grave: bool) -> DialogueState:
@@ -142,7 +153,7 @@ def _rules_out(limit: Order, order: Order) -> bool:
     Rye bread is bread; gluten-free bread is not gluten.
     """
     thing, coming = singulars(limit.what), singulars(order.for_ or order.what)
-    return limit.do == "avoid" and bool(thing) and coming[-len(thing) :] == thing
+    return limit.do in ("avoid", "have") and bool(thing) and coming[-len(thing) :] == thing
 
 
 def _about(limit: Order) -> tuple[str, str, str]:

@@ -15,8 +15,11 @@ from typing import Any, cast
 from goalscope.base.inputs import read_table
 from goalscope.base.types import InvalidInputError
 
-SLOTS = ("what", "quantity", "for", "where", "if", "why")
-"""The slots of an order; `unit` goes with `quantity`, and every verb takes `if`."""
+SLOTS = ("what", "quantity", "but", "for", "where", "if", "why")
+"""The slots of an order; `unit` goes with `quantity`."""
+
+ANY_VERB = ("but", "if")
+"""The slots that every verb takes."""
 
 REASONS = ("allergy", "diet", "taste")
 """Reasons for a limit, the gravest first."""
@@ -33,7 +36,7 @@ class Verb:
     Attributes:
         name: Such as "add" or "turn on".
         doc: What it does, in one line, for the prompt.
-        slots: Those of `SLOTS` that it takes besides `if`.
+        slots: Those of `SLOTS` that it takes besides `ANY_VERB`.
         irreversible: Whether no use of it can be undone.
         takes_away: Whether it removes the thing: no limit forbids that, and it lifts none.
         ends: Whether it ends the task.
@@ -55,19 +58,20 @@ class Verb:
 DIALOGUE_ACTS: tuple[Verb, ...] = (
     Verb("avoid", "a thing that must not come", ("what", "for", "why")),
     Verb("only", "a property that all must have", ("what", "for", "why")),
+    Verb("have", "a thing that they have already", ("what", "quantity")),
     Verb("budget", "the most it may cost", ("quantity",)),
     Verb("leave", "a thing not to be touched", ("what", "quantity", "where")),
     Verb("undo", "take back what was done last", ("what", "quantity")),
     Verb("ask", "a question, and the thing asked about", ("what", "where")),
     Verb("yes", "agrees to what was asked", ()),
     Verb("no", "declines what was asked", ()),
-    Verb("aim", "tells what it is all for", ()),
+    Verb("aim", "what it is all for, in few of their words"),
     Verb("none", "nothing of these", ()),
 )
 """What utterances do in any domain, besides the domain's own verbs."""
 
 
-TELLING = ("aim", "none", "avoid", "only", "budget")
+TELLING = ("aim", "none", "avoid", "only", "have", "budget")
 """Dialogue acts that ask for nothing."""
 
 
@@ -84,6 +88,7 @@ class Order:
         where: Where the thing goes, or which one it is.
         if_: The condition, as said.
         why: Reason of a limit: "allergy", "diet" or "taste".
+        but: What is excepted, as said.
     """
 
     do: str
@@ -94,6 +99,7 @@ class Order:
     where: str = ""
     if_: str = ""
     why: str = ""
+    but: str = ""
 
 
 @dataclass(frozen=True, slots=True)
@@ -241,7 +247,13 @@ def _line(order: Order) -> str:
     if order.quantity is not None:
         number = f"{order.quantity:.3f}".rstrip("0").rstrip(".")
         parts.append(f"{number} {order.unit}".strip())
-    slots = (("for", order.for_), ("where", order.where), ("if", order.if_), ("why", order.why))
+    slots = (
+        ("but", order.but),
+        ("for", order.for_),
+        ("where", order.where),
+        ("if", order.if_),
+        ("why", order.why),
+    )
     return " | ".join([*parts, *(f"{name} {value}" for name, value in slots if value)])
 
 
@@ -261,7 +273,7 @@ def _order(line: str, known: dict[str, Verb]) -> Order:
             values[name] = value
         else:
             raise InvalidInputError(f"There is no slot {part!r}, in {line!r}.")
-        if name not in (*verb.slots, "if"):
+        if name not in (*verb.slots, *ANY_VERB):
             raise InvalidInputError(f"{verb.name} takes no {name}: {line!r}")
     if values["what"] and "what" not in verb.slots:
         raise InvalidInputError(f"{verb.name} takes no thing: {line!r}")
@@ -276,6 +288,7 @@ def _order(line: str, known: dict[str, Verb]) -> Order:
         values.get("where", ""),
         values.get("if", ""),
         values.get("why", ""),
+        values.get("but", ""),
     )
 
 

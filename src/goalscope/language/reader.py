@@ -29,6 +29,7 @@ from goalscope.base.types import (
 )
 from goalscope.language.amounts import figures, numbers_in, sums_in
 from goalscope.language.orders import (
+    ANY_VERB,
     DIALOGUE_ACTS,
     REASONS,
     SLOTS,
@@ -54,14 +55,15 @@ MOST_ORDERS = 24
 _WINDOW = 9  # earlier messages that the prompt holds, for what the newest one refers to
 _MOST_TOKENS = 320  # of a reading
 _LONGEST_NAME = 12  # words of a thing
-_PHRASES = ("what", "for", "where", "if")
+_PHRASES = ("what", "but", "for", "where", "if")
 _UNWRITTEN = frozenset({"Cc", "Cn", "Co", "Cs"})  # Unicode categories that no word holds
-_NAMING = ("avoid", "only")  # acts that need a thing
+_NAMING = ("avoid", "only", "have")  # acts that need a thing
 _PACKS = ("pack", "pk")  # units that a number may belong to: a 6-pack
 _SIZED = r"(?:(\w+) (?:x )?)?(?<![\w.,])(\w+?)[ -]?(?:pack|pk)(s?)(?!\w)"
 _PRODUCT = re.compile(r"\d[^.;!?\d]*? ?(?:[x\u00d7*]|times) ?\d", re.IGNORECASE)
 _PERCENTAGE = re.compile(r"(?<!\S)\S+?[ -]?(?:%|per ?cent|pct)(?!\w)", re.IGNORECASE)
 _UP_TO = 12  # numbers that other words stand for: both, a few, half a dozen
+_RANGE = re.compile(r"\b(\d{1,2})-(\d{1,2})\b")
 _SUREST = 99.0  # nats, where a model reports none
 
 
@@ -111,6 +113,7 @@ class Reader:
         self.verbs = (*verbs, *DIALOGUE_ACTS)
         self.form: Form = form if model.takes_grammar else "json"
         self._own = tuple(verbs)
+        self._shows_here = not taught  # no adapter was fitted on prompts with it yet
         if taught:
             self._opening = render("read", verbs=self.verbs)
         else:
@@ -126,7 +129,7 @@ class Reader:
         *,
         question: str = "",
         before: Sequence[ReadExample] = (),
-        names: Iterable[str] = (),
+        here: str = "",
     ) -> Reading:
         """Read one message.
 
@@ -134,7 +137,8 @@ class Reader:
             message: What the person said.
             question: What the agent had asked.
             before: What was said earlier, oldest first, with its readings.
-            names: Texts of the environment whose words a reading may use, too.
+            here: What the agent sees, in few words: "2 x Whole Milk; 1 x Brown Bread". A reading
+                may use these words, too.
 
         Raises:
             InvalidInputError: The message is empty, broken, or too long for the model.
@@ -143,16 +147,14 @@ class Reader:
         typed = plain(checked_text(message, "utterance"))
         message = figures(typed)
         question = _legible(question)
-        before = [
-            ReadExample(_legible(each.question), _legible(each.message), each.orders)
-            for each in before[-_WINDOW:]
-        ]
+        before = _shown(before)
         shown = [*self._examples, *before]
-        prompt = self._prompt(message, question, shown)
+        line = _one_line(here) if self._shows_here else ""
+        prompt = self._prompt(_asked(message, question, line), shown)
         most = self.model.context_size - _MOST_TOKENS
-        while shown and self.model.count_tokens(prompt) > most:
-            shown = shown[1:]
-            prompt = self._prompt(message, question, shown)
+        while (shown or line) and self.model.count_tokens(prompt) > most:
+            shown, line = shown[1:], line if shown else ""
+            prompt = self._prompt(_asked(message, question, line), shown)
         if (tokens := self.model.count_tokens(prompt)) > most:
             raise InvalidInputError(
                 f"The message is too long to be read: {tokens} tokens with the prompt, of at most "
@@ -160,7 +162,9 @@ class Reader:
             )
         texts = [text for each in before for text in (each.question, each.message)]
         said = dict.fromkeys(
-            word for text in (message, typed, question, *texts, *names) for word in words_of(text)
+            word
+            for text in (message, typed, question, *texts, _in_full(_legible(here)))
+            for word in words_of(text)
         )
         if self.form == "text":
             written = self.model.generate(
@@ -187,17 +191,24 @@ class Reader:
         return Reading(orders, written.log_probability, margins)
 
     def prompt(
-        self, message: str, *, question: str = "", before: Sequence[ReadExample] = ()
+        self,
+        message: str,
+        *,
+        question: str = "",
+        before: Sequence[ReadExample] = (),
+        here: str = "",
     ) -> list[Message]:
         """The chat that the model answers with the reading of `message`."""
-        return self._prompt(message, question, [*self._examples, *before[-_WINDOW:]])
+        line = _one_line(here) if self._shows_here else ""
+        asked = _asked(_legible(message), _legible(question), line)
+        return self._prompt(asked, [*self._examples, *_shown(before)])
 
-    def _prompt(self, message: str, question: str, shown: Sequence[ReadExample]) -> list[Message]:
+    def _prompt(self, asked: str, shown: Sequence[ReadExample]) -> list[Message]:
         chat = [*self._opening]
         for each in shown:
-            chat.append(Message("user", _asked(each.question, each.message)))
+            chat.append(Message("user", _asked(each.message, each.question)))
             chat.append(Message("assistant", self.written(each.orders)))
-        return [*chat, Message("user", _asked(question, message))]
+        return [*chat, Message("user", asked)]
 
     def written(self, orders: Sequence[Order]) -> str:
         """Orders as the model writes them."""
@@ -229,7 +240,7 @@ class Reader:
         except (ValueError, OverflowError, RecursionError, InvalidInputError) as error:
             raise UnreadableAnswerError(f"The model wrote no reading: {error}") from None
         for order in orders:
-            for phrase in (order.what, order.for_, order.where, order.if_):
+            for phrase in (order.what, order.but, order.for_, order.where, order.if_):
                 if unsaid := [word for word in words_of(phrase) if word not in said]:
                     raise UnreadableAnswerError(
                         f"The model read {unsaid[0]!r}, which nobody said and nothing here is "
@@ -317,7 +328,7 @@ def grammar_of(verbs: Sequence[Verb], words: Iterable[str]) -> str:
     for verb in (*verbs, *DIALOGUE_ACTS):
         parts = [_literal(verb.name)]
         for slot in SLOTS:
-            if slot not in (*verb.slots, "if"):
+            if slot not in (*verb.slots, *ANY_VERB):
                 continue
             if slot == "what":
                 parts.append('" " words' if verb.name in _NAMING else '(" " words)?')
@@ -353,8 +364,31 @@ def _legible(text: str) -> str:
     return figures(plain(text))
 
 
-def _asked(question: str, message: str) -> str:
-    return f"(Asked: {question})\n{message}" if question else message
+def _shown(before: Sequence[ReadExample]) -> list[ReadExample]:
+    """The newest of the earlier messages, legible."""
+    return [
+        ReadExample(_legible(each.question), _legible(each.message), each.orders)
+        for each in before[-_WINDOW:]
+    ]
+
+
+def _one_line(here: str) -> str:
+    """What is here, legible and in one line, so that no name there can pass for another part."""
+    return " ".join(_legible(here).split())
+
+
+def _asked(message: str, question: str, here: str = "") -> str:
+    told = (("Here", here), ("Asked", question))
+    return "\n".join([*(f"({name}: {text})" for name, text in told if text), message])
+
+
+def _in_full(here: str) -> str:
+    """What is here, and beside each range its numbers: "egg 1-3" has 2, too."""
+
+    def with_numbers(found: re.Match[str]) -> str:
+        return " ".join([found[0], *map(str, range(int(found[1]), int(found[2]) + 1))])
+
+    return _RANGE.sub(with_numbers, here)
 
 
 def _literal(text: str) -> str:

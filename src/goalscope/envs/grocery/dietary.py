@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from decimal import Decimal
 from functools import lru_cache
 from typing import Literal
@@ -27,7 +27,7 @@ from goalscope.envs.grocery.diets import (
 )
 from goalscope.envs.grocery.natures import is_made, nature
 from goalscope.language.amounts import same_currency
-from goalscope.language.dialogue_state import GRAVE, DialogueState
+from goalscope.language.dialogue_state import GRAVE, DialogueState, exceptions
 from goalscope.language.orders import Order
 
 Verdict = Literal["fits", "unknown", "violates"]
@@ -125,6 +125,8 @@ class Bounds:
         grave: Those of the restrictions and avoided names that an allergy or a diet is behind: of
             these, a guess must be known to fit.
         labelled: Restrictions that the catalogue labels.
+        excepted: Bounds with the names of items that they do not rule out; a grave bound rules
+            out those, too.
     """
 
     diets: frozenset[str] = frozenset()
@@ -133,6 +135,11 @@ class Bounds:
     budget: Decimal | None = None
     grave: frozenset[str] = frozenset()
     labelled: frozenset[str] = frozenset()
+    excepted: tuple[tuple[str, str], ...] = ()
+
+    def without(self, things: Sequence[str]) -> Bounds:
+        """These bounds, and none of some things."""
+        return replace(self, avoided=(*self.avoided, *things))
 
     def suits(self, item: Item) -> bool:
         """Whether no bound at all rules out an item."""
@@ -176,6 +183,10 @@ class Bounds:
         return " ".join(told)
 
     def _judged(self, item: Item, bound: str) -> Verdict:
+        name = folded(item.name)
+        spared = (folded(each) for of, each in self.excepted if of == bound)
+        if bound not in self.grave and any(contains(name, each) for each in spared):
+            return "fits"
         if bound in self.diets or bound in self.some:
             return verdict(item, bound, is_labelled=bound in self.labelled)
         return _lacks(item, bound)
@@ -190,7 +201,10 @@ def bounds_of(dialogue: DialogueState, catalogue: Catalogue) -> Bounds:
     """The bounds that the limits of a dialogue come to in the shop of a catalogue."""
     diets, some, grave = set[str](), set[str](), set[str]()
     avoided: list[str] = []
+    excepted: list[tuple[str, str]] = []
     for limit in dialogue.limits:
+        if limit.do == "have":
+            continue
         found = diets_of(limit)
         bound = {*found}
         (some if limit.for_ and limit.why != "allergy" else diets).update(found)
@@ -200,6 +214,7 @@ def bounds_of(dialogue: DialogueState, catalogue: Catalogue) -> Bounds:
             avoided.append(avoided_name(limit))
             bound.add(avoided[-1])
         grave.update(bound if limit.why in GRAVE else ())
+        excepted += [(of, each) for of in sorted(bound) for each in exceptions(limit)]
     labels = [read_label(tag).fits for tag in catalogue.tags if dialogue.limits]
     budget = dialogue.budget
     binds = budget and not unset_budget(budget, catalogue.currency)
@@ -210,6 +225,7 @@ def bounds_of(dialogue: DialogueState, catalogue: Catalogue) -> Bounds:
         Decimal(str(budget.quantity)) if budget and binds else None,
         frozenset(grave),
         frozenset[str]().union(*labels),
+        tuple(excepted),
     )
 
 

@@ -19,7 +19,7 @@ from goalscope.envs.grocery.profiles import checks_met, unwanted
 from goalscope.envs.grocery.quantities import packages
 from goalscope.envs.grocery.search import Search
 from goalscope.envs.scenarios import Scenario, shipped_scenarios
-from goalscope.language.dialogue_state import DialogueState
+from goalscope.language.dialogue_state import DialogueState, exceptions
 from goalscope.language.orders import Order, Verb, with_examples
 
 NAMES = (envs.SEARCH, "add item", "remove item", "buy basket")
@@ -102,13 +102,14 @@ class GroceryShop(Proactive):
         """The basket with quantities, prices and the total, one item a line."""
         fingerprint = f"{sorted(self.basket.items())} {self.bought}"
         if not self._basket:
-            return State("The basket is empty.", fingerprint)
+            return State("The basket is empty.", fingerprint, "nothing")
         money = self.catalogue.money
         lines = ["Purchased:" if self.bought else "The basket holds:"]
         for item, number in self._basket.items():
             price = None if item.price is None else item.price * number
             lines.append(f"- {number} x {item.name}: {money(price)}")
-        return State("\n".join([*lines, f"Total: {money(self.total)}"]), fingerprint)
+        here = "; ".join(f"{number} x {item.name}" for item, number in self._basket.items())
+        return State("\n".join([*lines, f"Total: {money(self.total)}"]), fingerprint, here)
 
     def resolve(self, order: Order, dialogue: DialogueState, pick: Pick) -> Resolution:
         """See `Environment.resolve`: limits remove violations.
@@ -122,14 +123,19 @@ class GroceryShop(Proactive):
             case _ if self.bought:
                 found = Resolution(why="The basket is bought already.")
             case "add" | "set":
-                found = self._add(order, bounds, dialogue)
+                found = self._add(order, bounds.without(exceptions(order)), dialogue)
             case "remove":
-                found = self._remove(order, pick)
+                found = self._remove(order, dialogue, pick)
             case "swap":
-                found = self._swap(order, bounds, dialogue, pick)
+                found = self._swap(order, bounds.without(exceptions(order)), dialogue, pick)
             case "clear":
-                out = tuple(_change(item, -n) for item, n in self._basket.items())
-                found = Resolution(out, "" if out else "The basket is empty.")
+                found = self._without(order, [*self._basket], dialogue)
+            case "have":
+                found = self._had(order, dialogue)
+            case "buy" if self._basket and order.but:
+                found = Resolution(
+                    why="Only the whole basket can be bought. Take out the rest first."
+                )
             case "buy" if self._basket:
                 found = Resolution((Action("buy basket", irreversible=True),))
             case "buy":
@@ -171,13 +177,30 @@ class GroceryShop(Proactive):
             told = [f"The basket may hold {MOST} of {item.name}."]
         return Resolution((_change(item, room),) if room else (), " ".join(filter(None, told)))
 
-    def _remove(self, order: Order, pick: Pick) -> Resolution:
+    def _without(self, order: Order, items: Sequence[Item], dialogue: DialogueState) -> Resolution:
+        """What takes out all of some items of the basket, but for those to be left alone."""
+        if not items:
+            return Resolution(why="The basket is empty.")
+        for each in exceptions(order):
+            if not self._chooser.held(each, [*self._basket]):
+                return Resolution(why=f'The basket holds nothing called "{each}", so all stays.')
+        left = self._left(dialogue)
+        out = tuple(_change(item, -self._basket[item]) for item in items if item not in left)
+        return Resolution(out, "" if out else "All that is to be left alone, as you asked.")
+
+    def _left(self, dialogue: DialogueState) -> set[Item]:
+        """What of the basket is to be left alone."""
+        named = (self._chooser.held(each.what, [*self._basket]) for each in dialogue.untouched)
+        return {item for items in named for item in items}
+
+    def _remove(self, order: Order, dialogue: DialogueState, pick: Pick) -> Resolution:
         """All of what a phrase means in the basket, or so many of the first such thing."""
         found = self._held(order.what, pick)
         if not found:
             return Resolution(why=f'The basket holds nothing called "{order.what}".')
         if order.quantity is None:
-            return Resolution(tuple(_change(item, -self._basket[item]) for item in found))
+            return self._without(order, found, dialogue)
+        found = [item for item in found if item not in self._left(dialogue)] or found
         item, held = found[0], self._basket[found[0]]
         number, note = round(order.quantity), ""
         if order.unit or order.quantity > held:
@@ -185,6 +208,20 @@ class GroceryShop(Proactive):
         if not number:
             return Resolution(why=note)
         return Resolution((_change(item, -min(number, held)),))
+
+    def _had(self, order: Order, dialogue: DialogueState) -> Resolution:
+        """What takes a thing out that they have already, if it was guessed; else it says so."""
+        held = [each for each in self._basket if names(each.name, order.what)]
+        wanted = [
+            item
+            for phrase in self._asked_for(dialogue)
+            for item in self._chooser.held(phrase, held)
+        ]
+        out = tuple(_change(item, -self._basket[item]) for item in held if item not in wanted)
+        kept = (
+            f'You asked for {wanted[0].name}, so it stays until you say "remove".' if wanted else ""
+        )
+        return Resolution(out, kept)
 
     def _swap(
         self, order: Order, bounds: Bounds, dialogue: DialogueState, pick: Pick
@@ -299,16 +336,18 @@ class GroceryShop(Proactive):
         too large a share of the remaining budget.
         """
         if self.bought or any(
-            each.do == "avoid" and names(name, each.what) for each in dialogue.limits
+            each.do in ("avoid", "have") and names(name, each.what) for each in dialogue.limits
         ):
             return []
         bounds = bounds_of(dialogue, self.catalogue)
         most = None if bounds.budget is None else (bounds.budget - self.total) / _AT_ONCE
         found = self._chooser.offers(name, bounds, {*self._basket, *self._taken_out})
+        had = [each.what for each in dialogue.limits if each.do == "have"]
         return [
             Action("add item", item.name)
             for item in found
-            if most is None or (item.price or 0) <= most
+            if (most is None or (item.price or 0) <= most)
+            and not any(names(item.name, each) for each in had)
         ]
 
     def possible(self, terms: Sequence[str]) -> list[Action]:

@@ -11,7 +11,7 @@ from goalscope.envs import Pick
 from goalscope.envs.house.simulator.object_types import STATES as AFFORDANCES
 from goalscope.envs.house.simulator.state import is_whole
 from goalscope.envs.house.view import ENDED, STATES, View, are, called, the
-from goalscope.language.dialogue_state import DialogueState
+from goalscope.language.dialogue_state import DialogueState, exceptions
 from goalscope.language.orders import Order
 
 EVERYTHING = "everything"
@@ -92,8 +92,8 @@ class Finder:
 
     def find(self, said: str, where: str = "") -> Found:
         """What a phrase means, among what is at the place that is named with it if anything is."""
-        if said[-1:].isdigit() and (own := self.view.id(said.casefold())):
-            return self._near(Found((own,)), where)
+        if said[-1:].isdigit() and (numbered := self._numbered(said)) is not None:
+            return self._near(Found(numbered), where)
         if said.casefold() == EVERYTHING:
             return self._near(Found(tuple(self.view.table), every=True), where)
         name = self.pick(said, list(self.kinds))
@@ -102,6 +102,28 @@ class Finder:
         things = [own for kind in kinds for own in table if table[own]["objectType"] == kind]
         things = self._described(said, name, things)
         return self._near(Found(tuple(things), _is_every(said, name), name=name), where)
+
+    def _numbered(self, said: str) -> tuple[str, ...] | None:
+        """The thing of a numbered name, such as "burner 3"; None if no such things are numbered.
+
+        It is empty if there are fewer of them.
+        """
+        if own := self.view.id(said.casefold()):
+            return (own,)
+        *kind, number = singulars(said)
+        numbered = {
+            own: [singulars(each) for each in called(self.view.table[own]["objectType"])]
+            for own, name in self.view.names.items()
+            if name[-1].isdigit()
+        }
+        same = [own for own, names in numbered.items() if kind in names] or [
+            own
+            for own, names in numbered.items()
+            if any(name[-len(kind) :] == kind for name in names)
+        ]
+        if not kind or not same:
+            return None
+        return tuple(own for own in same if self.view.names[own].endswith(f" {number}"))[:1]
 
     def _described(self, said: str, name: str, things: list[str]) -> list[str]:
         """Those in the states that are named besides the kind."""
@@ -197,17 +219,19 @@ def bound(view: View, dialogue: DialogueState) -> set[str]:
 
 def asked_about(view: View, dialogue: DialogueState) -> set[str]:
     """Ids of the things that the person has ordered something to be done with."""
-    return {own for order in dialogue.asked for own in _worded(view, order.what)}
+    return {own for order in dialogue.asked for own in worded(view, order.what)}
 
 
 def _covered(view: View, limit: Order) -> Sequence[str]:
     """What a limit names, by its words alone: where in doubt, more."""
     every = limit.what.casefold() == EVERYTHING or (limit.where and not limit.what)
-    things = tuple(view.table) if every else _worded(view, limit.what)
-    return _in(view, things, {*_worded(view, limit.where)}) or things
+    things = tuple(view.table) if every else worded(view, limit.what)
+    things = _in(view, things, {*worded(view, limit.where)}) or things
+    spared = {own for each in exceptions(limit) for own in worded(view, each)}
+    return [own for own in things if own not in spared]
 
 
-def _worded(view: View, said: str) -> Sequence[str]:
+def worded(view: View, said: str) -> Sequence[str]:
     """What is called so; or else what is called so among other words, or with fewer words."""
     phrase = singulars(said)
     kinds = _kinds(view)

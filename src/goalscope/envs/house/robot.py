@@ -23,7 +23,7 @@ from goalscope.envs.house.actions import (
     starts,
     undoing,
 )
-from goalscope.envs.house.finding import Finder, asked_about, bound, facts_of
+from goalscope.envs.house.finding import Finder, asked_about, bound, facts_of, worded
 from goalscope.envs.house.profiles import checks_met, types_in
 from goalscope.envs.house.resolve import Resolver
 from goalscope.envs.house.simulator.object_types import LASTING, PREDICATES
@@ -31,7 +31,7 @@ from goalscope.envs.house.simulator.state import is_whole
 from goalscope.envs.house.simulator.world import Controller
 from goalscope.envs.house.view import View, readable, the
 from goalscope.envs.scenarios import Scenario, shipped_scenarios
-from goalscope.language.dialogue_state import DialogueState
+from goalscope.language.dialogue_state import DialogueState, exceptions
 from goalscope.language.matcher import Matcher
 from goalscope.language.orders import Order, Verb, orders_from_text, with_examples
 from goalscope.models.embedding import embedded
@@ -150,7 +150,8 @@ class HomeRobot(Proactive):
 
     def state(self) -> State:
         """The object in the hand, and all changes since the start, one object per line."""
-        return State(self._status(), self._fingerprint())
+        here = self._view.here(self._start.table)
+        return State(self._status(), self._fingerprint(), here)
 
     def _status(self) -> str:
         held = self._view.held
@@ -168,6 +169,8 @@ class HomeRobot(Proactive):
         if order.do == "undo":
             return self._undo(dialogue)
         view, done = self._view, [action for action, _ in self._done]
+        if missing := [each for each in exceptions(order) if not worded(view, each)]:
+            return Resolution(why=f"There is no {missing[0]:.60} here, so all stays as it is.")
         finder, untouched = Finder(view, pick), bound(view, dialogue)
         return Resolver(view, self._start, finder, done, untouched, dialogue.asked).resolve(order)
 
@@ -249,7 +252,7 @@ class HomeRobot(Proactive):
         """See `Proactive.like`."""
         return shipped_scenarios("house")(text, most)
 
-    def here(self) -> str:
+    def room(self) -> str:
         """The kinds of things in the room."""
         return ", ".join(sorted({readable(each["objectType"]) for each in self._view.objects}))
 

@@ -19,6 +19,9 @@ STATES = (
     ("isOpen", "open"), ("isToggled", "on"), ("isSliced", "sliced"), ("isCooked", "cooked"),
     ("isBroken", "broken"), ("isDirty", "dirty"), ("isUsedUp", "used up"),
 )  # fmt: skip
+_SHOWN_STATES = (
+    ("isOpen", "open"), ("isToggled", "on"), ("isDirty", "dirty"), ("isFilledWithLiquid", "filled"),
+)  # fmt: skip
 ENDED = {"isOpen": "closed", "isToggled": "off", "isDirty": "clean"}
 _INSIDE = frozenset(
     {"BathtubBasin", "Bowl", "Cup", "GarbageCan", "Mug", "Pot", "Sink", "SinkBasin"}
@@ -125,6 +128,19 @@ class View:
                 new.append(f"now {self.where(thing)}")
             if new:
                 yield own, f"{self.names[own]}: {', '.join(new)}"
+
+    def here(self, start: Mapping[str, Mapping[str, Any]]) -> str:
+        """What a reader is shown, such as "holds: mug; open: fridge; several: egg 1-3"."""
+        shown: dict[str, list[str]] = {"holds": [self.names[self.held]] if self.held else []}
+        for key, word in _SHOWN_STATES:
+            shown[word] = [self.names[own] for own, thing in self.table.items() if thing[key]]
+        shown["changed"] = [text.replace(": ", " ", 1) for _, text in self.changes(start)]
+        alike = Counter(
+            name.rpartition(" ")[0] for name in self.names.values() if name[-1].isdigit()
+        )
+        shown["several"] = [f"{kind} 1-{count}" for kind, count in alike.items() if count > 1]
+        told = (f"{key}: {', '.join(names)}" for key, names in shown.items() if names)
+        return "; ".join(told) or "nothing"
 
     def where(self, thing: Mapping[str, Any]) -> str:
         """Where the thing is, in words: "in the fridge"."""
