@@ -13,7 +13,8 @@ FOLDER = Path(__file__).parents[1] / "corpus" / "conversations"
 @pytest.mark.parametrize(
     ("domain", "name", "most"),
     [(grocery, "grocery", 30), (house, "house", 20), (grocery, "changing_grocery", 30),
-     (house, "changing_house", 15)],
+     (house, "changing_house", 15), (grocery, "strangers_grocery", 40),
+     (house, "strangers_house", 30)],
 )  # fmt: skip
 def test_conversations_load_and_check(domain, name, most):
     profiles = domain.load_profiles(FOLDER / f"{name}.toml")

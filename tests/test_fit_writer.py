@@ -23,16 +23,16 @@ LANGUAGES = {"grocery": Language((Verb("add", ""), Verb("clear", "", ())), "You 
 QUICK = WritingSettings(rank=4, learning_rate=0.01, batch_tokens=300, epochs=4)
 
 
-def line(number: int, *said: str, orders: tuple[Order, ...]) -> Line:
-    return Line(f"ann-{number}", "grocery", said[:-1], "", said[-1], orders)
+def line(number: int, said: str, orders: tuple[Order, ...], before: Line | None = None) -> Line:
+    return Line(f"ann-{number}", "grocery", "", said, orders, before=before)
 
 
 MILK, TEA = (Order("add", "milk"),), (Order("add", "tea"),)
 LINES = [
-    line(1, "milk", orders=MILK),
-    line(2, "milk", "tea", orders=TEA),
-    line(3, "empty it", orders=(Order("clear"),)),
-    line(4, "tea", orders=TEA),
+    (first := line(1, "milk", MILK)),
+    line(2, "tea", TEA, before=first),
+    line(3, "empty it", (Order("clear"),)),
+    line(4, "tea", TEA),
     Talk("ben-1", "grocery", (Turn("Yes?", "tea"),), "", ("drink tea",), "Green tea?"),
     Scenario("cleo-1", "grocery", "drink tea", ("tea",), ("tea",), ("milk",), ("soap",)),
 ]
@@ -65,7 +65,7 @@ def test_a_script_fits_and_measures(tiny, tmp_path, monkeypatch):
     corpus = tmp_path / "corpus.jsonl"
     own = {"id": "a-1", "domain": "grocery"}
     rows = [
-        own | {"message": "tea", "orders": [{"do": "add", "what": "tea"}]},
+        own | {"turns": [{"message": "tea", "orders": [{"do": "add", "what": "tea"}]}]},
         own | {"goals": ["drink tea"], "turns": [{"query": "?", "utterance": "tea"}]},
     ]
     corpus.write_text("".join(json.dumps(each) + "\n" for each in rows))

@@ -78,12 +78,11 @@ def test_what_was_not_read_is_wrong_even_where_nothing_was_to_be_read():
 
 
 def test_a_line_reads_back(tmp_path):
-    lines = [
-        Line("kim-1.1", "grocery", (), "", "hello", (Order("none"),)),
-        Line(
-            "kim-1.2", "grocery", ("hello",), "What else?", "milk", (MILK, EGGS), "1 x Tea", "each"
-        ),
-    ]
+    hello = Line("kim-1.1", "grocery", "", "hello", (Order("none"),))
+    milk = Line(
+        "kim-1.2", "grocery", "What else?", "milk", (MILK, EGGS), "1 x Tea", "each", before=hello
+    )
+    lines = [hello, milk]
     file = tmp_path / "kim.jsonl"
     turns = [*map(turn_to_json, lines)]
     file.write_text(json.dumps({"id": "kim-1", "domain": "grocery", "turns": turns}) + "\n")
@@ -125,7 +124,9 @@ def test_earlier_messages_are_read_as_they_would_have_been():
 
     asked: list[list[str]] = []
     reader = Reader(Copies(), GroceryShop.verbs, taught=True)
-    line = Line("a", "grocery", ("milk", "eggs"), "", "flour", (EGGS,))
+    line = None
+    for message in ("milk", "eggs", "flour"):
+        line = Line("a", "grocery", "", message, (EGGS,), before=line)
     ((_, found),) = read_lines([line], reader)
     assert found is not None
     assert found.orders == (Order("add", "flour"),)

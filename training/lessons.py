@@ -192,8 +192,7 @@ def _conversations(lines: Sequence[Line]) -> list[Conversation]:
     """Lines grouped by conversation, in order."""
     found: list[list[Line]] = []
     for line in lines:
-        last = found[-1][-1] if found else None
-        if last and line.context and line.context[-1] == last.message:
+        if found and line.before == found[-1][-1]:
             found[-1].append(line)
         else:
             found.append([line])

@@ -93,8 +93,7 @@ def conversations(rows: Sequence[Mapping[str, Any]]) -> Iterator[dict[str, Any]]
             orders = orders_of(step, " ".join(str(text).casefold().split()))
             if orders is None or (orders == (Order("none"),) and draw.random() < 0.7):
                 continue
-            told = tuple(line.message for line in lines)
-            lines.append(Line("", "house", told, "", str(text).strip(), orders))
+            lines.append(Line("", "house", "", str(text).strip(), orders))
         if lines:
             turns = [turn_to_json(line) for line in lines]
             yield {"id": f"alfred-{number}", "domain": "house", "turns": turns}

@@ -314,7 +314,7 @@ class Executor:
             )
         ]
         every = any(order.what == _ALL for order in orders)
-        named = any(order.what not in ("", _ALL) for order in orders)
+        named = any(order.what not in ("", _ALL) or order.but for order in orders)
         count = sum(max(1, round(order.quantity or 1)) for order in orders)
         last = effective if every else [] if named else effective[-count:]
         if not last:

@@ -7,13 +7,7 @@ from typing import Literal, Protocol
 
 from goalscope.agent.guards import CONFIRM
 from goalscope.base.text import plain
-from goalscope.base.types import (
-    InvalidInputError,
-    Message,
-    Profile,
-    Turn,
-    checked_text,
-)
+from goalscope.base.types import InvalidInputError, Message, Profile, Turn, checked_text
 from goalscope.envs import Environment, completion_phrase
 from goalscope.models import Generator, LanguageModel
 from goalscope.prompts import recent, render, transcript

@@ -42,18 +42,23 @@ _ARTICLES = frozenset(
 class Line:
     """A message of a corpus, and its right orders.
 
-    `context` has the person's earlier messages, oldest first; the agent's `question` and what is
-    `here` are "" if they do not matter. `kind` is what makes the message hard; "" for nothing.
+    The agent's `question` and what is `here` are "" if they do not matter. `kind` is what makes the
+    message hard; "" for nothing. `before` is the message before it in its conversation.
     """
 
     id: str
     domain: str
-    context: tuple[str, ...]
     question: str
     message: str
     orders: tuple[Order, ...]
     here: str = ""
     kind: str = ""
+    before: Line | None = None
+
+    @property
+    def earlier(self) -> tuple[Line, ...]:
+        """The messages before it, oldest first."""
+        return (*self.before.earlier, self.before) if self.before else ()
 
 
 @dataclass(frozen=True, slots=True)
@@ -177,30 +182,25 @@ def read_lines(lines: Sequence[Line], reader: Reader) -> Iterator[tuple[Line, Re
 
     Earlier messages of its conversation are read first, as they would have been.
     """
-    shown: dict[tuple[str, ...], tuple[str, str]] = {}
-    known: dict[tuple[str, ...], Reading | None] = {}
-    nothing, none = Reading((Order("none"),)), ("", "")
+    known: dict[Line, Reading | None] = {}
 
-    def read(said: tuple[str, ...]) -> Reading | None:
-        if said not in known:
-            earlier = [said[: n + 1] for n in range(len(said) - 1)]
+    def read(line: Line) -> Reading | None:
+        if line not in known:
+            nothing = Reading((Order("none"),))
             before = [
-                ReadExample(shown.get(each, none)[0], each[-1], (read(each) or nothing).orders)
-                for each in earlier
+                ReadExample(each.question, each.message, (read(each) or nothing).orders)
+                for each in line.earlier
             ]
-            question, here = shown.get(said, none)
             try:
-                known[said] = reader.read(said[-1], question=question, before=before, here=here)
+                known[line] = reader.read(
+                    line.message, question=line.question, before=before, here=line.here
+                )
             except UnreadableAnswerError:
-                known[said] = None
-        return known[said]
+                known[line] = None
+        return known[line]
 
     for line in lines:
-        said = (*line.context, line.message)
-        if shown.get(said) != (line.question, line.here):
-            shown[said] = line.question, line.here
-            known.pop(said, None)
-        yield line, read(said)
+        yield line, read(line)
 
 
 def score(pairs: Iterable[tuple[Sequence[Order], Sequence[Order] | None]]) -> Score:
@@ -279,12 +279,12 @@ def lines_from_json(data: object) -> list[Line]:
             Line(
                 f"{conversation['id']}.{number}",
                 str(conversation["domain"]),
-                tuple(line.message for line in lines),
                 str(each.get("question") or ""),
                 str(each["message"]),
                 tuple(map(order_from_json, each["orders"])) or (Order("none"),),
                 str(each.get("here") or ""),
                 str(each.get("kind") or ""),
+                lines[-1] if lines else None,
             )
         )
     return lines
