@@ -36,6 +36,26 @@ def test_what_lasts_waits_for_a_yes_to_exactly_that_question_in_that_state() -> 
     assert (env.smashed, confirmed.released) == (["vase"], (Order("smash", "vase"),))
 
 
+def test_a_yes_does_what_the_question_listed_and_nothing_else() -> None:
+    class Fickle(LampRoom):
+        meant = ("vase",)
+
+        def resolve(self, order, dialogue, pick):
+            return Resolution(tuple(Action("smash", each) for each in self.meant))
+
+    env = Fickle(["vase", "bowl"])
+    agent = agent_in(env)
+    round = agent.step("", "smash pot")
+    assert round.question == f'I understood "smash pot" (vase). {CONFIRM}'
+    env.meant = ("vase", "bowl")
+    round = agent.step(agent.ask(), "yes")
+    assert (env.smashed, round.question) == (
+        [], f'I understood "smash pot" (vase, bowl). {CONFIRM}'
+    )  # fmt: skip
+    agent.step(agent.ask(), "yes")
+    assert env.smashed == ["vase", "bowl"]
+
+
 def test_no_reading_but_the_word_itself_or_a_card_confirms_what_lasts() -> None:
     env = LampRoom(["vase", "bowl"])
     agent = agent_in(env, model=WordModel(REPLIES, reads={"rather not": "yes", "YES!": "none"}))

@@ -498,6 +498,7 @@ class Agent:
             ),
             question=done.question,
             pending=tuple(done.pending),
+            listed=tuple(done.listed),
             awaits=done.awaits,
             released=done.released,
             retracts=done.retracts,

@@ -19,7 +19,7 @@ from goalscope.agent.guards import (
 from goalscope.agent.people import completes
 from goalscope.agent.round import Guess, Round, mentions, retracted, state_after
 from goalscope.base.nouns import singulars
-from goalscope.base.types import StepResult, Turn
+from goalscope.base.types import Action, StepResult, Turn
 from goalscope.belief.belief import Belief
 from goalscope.envs import Environment, Pick, Resolution, execute, is_irreversible, resolve
 from goalscope.language.dialogue_state import LIMITS, DialogueState, acting
@@ -57,6 +57,7 @@ class Execution:
         turn: What was said.
         reading: What it was read as.
         released: Orders that waited for a yes and now have it.
+        shown: The actions that the person then saw listed.
         harm: Whether a word of harm was said that the reading lacks.
         wary: Whether one was said lately; see `is_wary`.
         retracts: Numbers of the rounds that were undone, the newest first.
@@ -64,6 +65,7 @@ class Execution:
         results: Actions that succeeded.
         failed: Actions that failed.
         pending: Orders that wait for a yes.
+        listed: The actions that they come to, as far as those are known.
         reasons: Why each of them waits.
         end: End of the question about them.
         notes: What to tell the person.
@@ -75,6 +77,7 @@ class Execution:
     turn: Turn
     reading: Reading
     released: tuple[Order, ...] = ()
+    shown: tuple[Action, ...] = ()
     harm: bool = False
     wary: bool = False
     retracts: tuple[int, ...] = ()
@@ -82,6 +85,7 @@ class Execution:
     results: list[StepResult] = field(default_factory=list[StepResult])
     failed: list[StepResult] = field(default_factory=list[StepResult])
     pending: list[Order] = field(default_factory=list[Order])
+    listed: list[Action] = field(default_factory=list[Action])
     reasons: list[str] = field(default_factory=list[str])
     end: str = "Shall I?"
     notes: list[str] = field(default_factory=list[str])
@@ -100,10 +104,17 @@ class Execution:
         (self.results if result.ok else self.failed).append(result)
 
     def hold(
-        self, order: Order, reason: str, *, irreversible: bool = False, grave: bool = False
+        self,
+        order: Order,
+        reason: str,
+        actions: Sequence[Action] = (),
+        *,
+        irreversible: bool = False,
+        grave: bool = False,
     ) -> None:
         """Have an order wait for a yes: for the word itself, if it is irreversible or grave."""
         self.pending.append(order)
+        self.listed += actions
         self.reasons.append(reason)
         if irreversible:
             self.end = CONFIRM
@@ -118,8 +129,11 @@ class Execution:
         if not self.pending or self.offer:
             return self.offer
         understood = _told(self.pending)
+        things = (name for each in self.listed for name in (each.target, each.destination))
+        named = [*dict.fromkeys(name for name in things if name.casefold() not in understood)]
+        very = f" ({', '.join(named)})" if named else ""
         why = filter(None, dict.fromkeys(self.reasons))
-        return " ".join([*why, f'I understood "{understood}".', self.end])
+        return " ".join([*why, f'I understood "{understood}"{very}.', self.end])
 
     @property
     def awaits(self) -> Awaited:
@@ -170,10 +184,12 @@ class Executor:
             confirmed: Whether the person confirmed by a click what waited.
         """
         harm = speaks_of_harm(turn.utterance, reading)
+        released = () if harm else self._released(rounds, turn, reading, confirmed)
         done = Execution(
             turn,
             reading,
-            released=() if harm else self._released(rounds, turn, reading, confirmed),
+            released=released,
+            shown=rounds[-1].listed if released else (),
             harm=harm,
             wary=is_wary(
                 [
@@ -243,25 +259,26 @@ class Executor:
         by_verb = order.do in self._verbs
         if not (by_verb or order.do in LIMITS) or (done.harm and by_verb):
             return
-        new, reason = order not in done.released, ""
+        new, reason, limit = order not in done.released, "", None
         if by_verb and new:
             limit = None if order.do in self._takes_away else done.dialogue.forbids(order)
             sure = done.reading.sure(order, self._unsure)
             reason = reason_to_wait(order, limit, sure=sure, wary=done.wary)
             if self._ends(order) and not completes(self._env, done.turn.utterance):
                 reason = reason or ENDS
-            if limit:
-                done.hold(order, reason, grave=True)
-                return
         binding = done.dialogue.beside(order, done.reading.orders)
         found = resolve(self._env, order, binding, self._pick)
+        if limit:
+            done.hold(order, reason, found.actions, grave=True)
+            return
         done.notes += [found.why] if found.why else []
         irreversible = (by_verb and self._verbs[order.do].irreversible) or any(
             is_irreversible(self._env, action) for action in found.actions
         )
-        if new and found.actions and (reason or irreversible):
+        confirmed = not new and (not irreversible or {*found.actions} <= {*done.shown})
+        if found.actions and (reason or irreversible) and not confirmed:
             if not done.harm:
-                done.hold(order, reason, irreversible=irreversible)
+                done.hold(order, reason, found.actions, irreversible=irreversible)
             return
         for action in found.actions:
             result = execute(self._env, action)

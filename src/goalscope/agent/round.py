@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 from goalscope.agent.guards import Awaited
 from goalscope.base.nouns import contains, head_words, singular
-from goalscope.base.types import GoalChange, StepResult, Turn
+from goalscope.base.types import Action, GoalChange, StepResult, Turn
 from goalscope.belief.belief import Belief
 from goalscope.language.dialogue_state import DialogueState, acting, fold
 from goalscope.language.orders import Order, Reading
@@ -43,6 +43,7 @@ class Round:
         reading: What the reply was read as; it is never read again. None where another program
             reads and acts.
         pending: Orders that wait for a yes to that question.
+        listed: The actions that they would come to; no other one is done that cannot be undone.
         released: Orders that waited, and that this round's words confirmed.
         state: Fingerprint of the environment after the actions.
         terminated: Whether the task is complete.
@@ -65,6 +66,7 @@ class Round:
     question: str = ""
     reading: Reading | None = None
     pending: tuple[Order, ...] = ()
+    listed: tuple[Action, ...] = ()
     released: tuple[Order, ...] = ()
     state: str = ""
     retracts: tuple[int, ...] = ()

@@ -430,8 +430,8 @@ def round_from_json(text: str) -> Round:
     values["results"] = tuple(_with(StepResult, each, action=Action) for each in values["results"])
     for name in ("pending", "released"):
         values[name] = _orders(values[name])
-    for name in ("guessed", "given_up"):
-        values[name] = tuple(Guess(**each) for each in values[name])
+    for name, kind in (("guessed", Guess), ("given_up", Guess), ("listed", Action)):
+        values[name] = tuple(kind(**each) for each in values[name])
     for name in ("notes", "retracts"):
         values[name] = tuple(values[name])
     return Round(**values)

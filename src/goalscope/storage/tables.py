@@ -16,7 +16,7 @@ from sqlalchemy import (
     UniqueConstraint,
 )
 
-SCHEMA_VERSION = "0003"
+SCHEMA_VERSION = "0004"
 """Version of the tables below; a database with another version is refused."""
 METADATA = MetaData()
 """All tables. JSON is ASCII text, which no database reads or rejects."""
