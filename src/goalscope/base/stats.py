@@ -1,6 +1,6 @@
 """Statistics: intervals, paired differences, and scores of a belief's probabilities.
 
-Every function that draws does so from its own `seed`, so the same data give the same figures.
+Every function that draws does so from its own seed, so the same data give the same figures.
 """
 
 from __future__ import annotations
@@ -20,6 +20,9 @@ RESAMPLES = 4_999
 PERMUTATIONS = 9_999
 BATCH = 256
 """Draws that are in memory at once."""
+
+BINS = 10
+"""Of confidence, for `reliability`."""
 
 Z = 1.959963984540054
 """The normal quantile of a two-sided interval of 95 %."""
@@ -117,29 +120,22 @@ def bootstrap_mean(
     means = totals / counts
     if np.allclose(means, means[0], rtol=1e-12, atol=0):
         return None
-    found = (
-        _scipy_stats()
-        .bootstrap(
-            (totals, counts),
-            _ratio,
-            n_resamples=RESAMPLES,
-            batch=BATCH,
-            vectorized=True,
-            paired=True,
-            method="percentile",
-            rng=np.random.default_rng(seed),
-        )
-        .confidence_interval
+    drawn = _scipy_stats().bootstrap(
+        (totals, counts),
+        _ratio,
+        n_resamples=RESAMPLES,
+        batch=BATCH,
+        vectorized=True,
+        paired=True,
+        method="percentile",
+        rng=np.random.default_rng(seed),
     )
+    found = drawn.confidence_interval
     return Interval(float(found.low), float(found.high))
 
 
 def auroc(
-    positive: Sequence[float] | Array,
-    negative: Sequence[float] | Array,
-    groups: Sequence[str],
-    *,
-    seed: int = 0,
+    positive: Sequence[float] | Array, negative: Sequence[float] | Array, groups: Sequence[str]
 ) -> tuple[float, Interval | None]:
     """How well a score tells two kinds of cases apart: the area under the ROC curve.
 
@@ -147,7 +143,6 @@ def auroc(
         positive: The score of each case as one of the kind that should score high.
         negative: The score of the same cases as one of the other kind.
         groups: The group of each case; the bootstrap resamples whole groups.
-        seed: Of the resampling.
 
     Returns:
         The chance that a positive score is above a negative one of another group, ties counting
@@ -173,7 +168,7 @@ def auroc(
     value = float(wins.sum() / pairs.sum())
     if len(number) < 3:
         return value, None
-    rng = np.random.default_rng(seed)
+    rng = np.random.default_rng(0)
     drawn = rng.multinomial(len(number), np.full(len(number), 1 / len(number)), RESAMPLES)
     drawn = drawn[(drawn > 0).sum(1) > 1].astype(float)
     sums = (np.einsum("rg,gh,rh->r", drawn, each, drawn, optimize=True) for each in (wins, pairs))
@@ -231,9 +226,7 @@ def pooled_sd_of_mean(runs: Sequence[Sequence[float]]) -> float | None:
     return math.sqrt(squares / freedom * sum(1 / len(run) for run in trials)) / len(trials)
 
 
-def paired_difference(
-    a: Sequence[float] | Array, b: Sequence[float] | Array, *, seed: int = 0
-) -> Difference:
+def paired_difference(a: Sequence[float] | Array, b: Sequence[float] | Array) -> Difference:
     """Mean of a - b over pairs, with its bootstrap interval and its sign-flip permutation test.
 
     The test is exact where the signs of the pairs can be flipped in no more ways than are drawn
@@ -242,7 +235,6 @@ def paired_difference(
     Args:
         a: One value for each pair.
         b: The other values, in the same order.
-        seed: Of the resampling.
 
     Raises:
         ValueError: There are no pairs, a value is not finite, or the lengths differ.
@@ -261,10 +253,10 @@ def paired_difference(
             batch=BATCH,
             vectorized=True,
             alternative="two-sided",
-            rng=np.random.default_rng(seed),
+            rng=np.random.default_rng(0),
         )
         p = float(test.pvalue)
-    return Difference(float(gaps.mean()), bootstrap_mean(gaps, seed=seed), p, len(gaps))
+    return Difference(float(gaps.mean()), bootstrap_mean(gaps), p, len(gaps))
 
 
 def holm(p: Sequence[float] | Array) -> list[float]:
@@ -319,18 +311,13 @@ def scores(log_posterior: Sequence[float] | Array, truth: int) -> Scores:
 
 
 def reliability(
-    confidence: Sequence[float] | Array,
-    correct: Sequence[float] | Array,
-    *,
-    bins: int = 10,
-    seed: int = 0,
+    confidence: Sequence[float] | Array, correct: Sequence[float] | Array, *, seed: int = 0
 ) -> Reliability:
     """Expected calibration error over bins of equal width, beside that of a perfect forecaster.
 
     Args:
         confidence: Probability that was given to the first choice, 0 to 1.
         correct: Whether it was right, 1 or 0; between them where choices tied.
-        bins: Number of bins.
         seed: Of the simulated forecaster.
 
     Raises:
@@ -343,8 +330,8 @@ def reliability(
         if values.min() < -1e-9 or values.max() > 1 + 1e-9:
             raise ValueError(f"{name} must lie in [0, 1], not in [{values.min()}, {values.max()}]")
     n = len(sure)
-    index = np.minimum((sure * bins).astype(int), bins - 1).clip(0)
-    member = np.eye(bins)[index]
+    index = np.minimum((sure * BINS).astype(int), BINS - 1).clip(0)
+    member = np.eye(BINS)[index]
     ece = float(np.abs((right - sure) @ member).sum() / n)
     rng = np.random.default_rng(seed)
     drawn = np.empty(RESAMPLES)
@@ -356,7 +343,7 @@ def reliability(
     counts = member.sum(axis=0)
     filled = tuple(
         (float(sure[index == i].mean()), float(right[index == i].mean()), int(counts[i]))
-        for i in range(bins)
+        for i in range(BINS)
         if counts[i]
     )
     return Reliability(ece, Interval(float(low), float(high)), filled, n)

@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from goalscope.base.arrays import Array, Flags
+from goalscope.base.arrays import Array
 from goalscope.base.optional_packages import package
 from goalscope.base.stats import auroc
 from goalscope.base.types import GoalscopeError, InvalidInputError
@@ -26,6 +26,7 @@ LISTED = 0.8
 """Share of people whose goal is listed, by assumption; it weighs them, and is the prior."""
 
 _LEAST, _MOST = 0.05, 20.0  # temperature
+_JUDGED = 0.1  # eps of the conformal sets that are judged
 
 
 @dataclass(frozen=True, slots=True)
@@ -227,53 +228,41 @@ def fit_calibration(dialogues: Sequence[Observed]) -> Calibration:
     return replace(_fit(dialogues), n=n, thresholds=thresholds)
 
 
-def quality(
-    dialogues: Sequence[Observed],
-    calibration: Calibration | None = None,
-    *,
-    eps: float = 0.1,
-) -> Quality:
+def quality(dialogues: Sequence[Observed], calibration: Calibration | None = None) -> Quality:
     """How good beliefs are with a calibration, or with one fitted on dialogues of other groups.
 
     Args:
         dialogues: Those to judge by.
         calibration: If None, each fold is judged by one that is fitted on the others.
-        eps: Of the conformal sets.
 
     Raises:
         InvalidInputError: All dialogues are of one group.
     """
-    losses: list[Array] = []
-    weights: list[Array] = []
-    odds: list[Array] = []
-    held: list[Array] = []
-    sizes: list[Array] = []
-    groups: list[str] = []
-    listing: list[Flags] = []
     sets = Counter(each.origin for each in dialogues)
+    order: list[Observed] = []
+    judged: list[tuple[Tables, Array, Calibration]] = []
     for train, rest in _folds(dialogues):
         own = calibration or fit_calibration(train)
         tables = Tables(rest)
-        beliefs = tables.believe(own)
-        losses.append(tables.losses(beliefs))
-        weights.append(np.array([1 / len(sets) / sets[each.origin] for each in rest]))
-        odds.append(tables.last_odds(beliefs))
-        groups += [each.group for each in rest]
-        listing.append(tables.listed)
-        if eps in dict(own.thresholds):
-            holds, size = tables.conformal_sets(beliefs, dict(own.thresholds)[eps])
-            held.append(holds)
-            sizes.append(size.ravel())
-    present, absent = np.concatenate(odds, axis=1)[:, listed := np.concatenate(listing)]
-    coverage = np.concatenate(held, axis=1).mean(1).tolist() if held else None
+        order += rest
+        judged.append((tables, tables.believe(own), own))
+    weights = np.array([1 / len(sets) / sets[each.origin] for each in order])
+    losses = np.concatenate([tables.losses(beliefs) for tables, beliefs, _ in judged])
+    odds = np.concatenate([tables.last_odds(beliefs) for tables, beliefs, _ in judged], axis=1)
+    present, absent = odds[:, [each.truths[-1] is not None for each in order]]
+    listed = [each.group for each in order if each.truths[-1] is not None]
+    found = [
+        tables.conformal_sets(beliefs, threshold)
+        for tables, beliefs, own in judged
+        if (threshold := dict(own.thresholds).get(_JUDGED)) is not None
+    ]
+    coverage = np.concatenate([holds for holds, _ in found], axis=1).mean(1) if found else None
     return Quality(
         n=len(dialogues),
-        log_loss=float(np.concatenate(weights) @ np.concatenate(losses)),
-        auroc=auroc(
-            absent, present, [group for group, own in zip(groups, listed, strict=True) if own]
-        )[0],
-        coverage=(coverage[0], coverage[1]) if coverage else None,
-        size=float(np.concatenate(sizes).mean()) if sizes else None,
+        log_loss=float(weights @ losses),
+        auroc=auroc(absent, present, listed)[0],
+        coverage=None if coverage is None else (float(coverage[0]), float(coverage[1])),
+        size=float(np.concatenate([size.ravel() for _, size in found]).mean()) if found else None,
     )
 
 

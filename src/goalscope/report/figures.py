@@ -57,6 +57,8 @@ STYLE = {
 }
 NAMES = {"good": "GOOD", "no-goals": "No Goals", "no-inference": "No Inference"}
 """The paper's names of the methods."""
+MOST = 10
+"""Maximum number of turns that are drawn."""
 LEAST = 10
 """Minimum number of dialogues for a turn to be drawn, unless there are fewer in all."""
 PAPER = {"Llama 3 8B Instruct": (0.944, 0.932), "Llama 3 70B Instruct": (0.883, 0.864)}
@@ -195,17 +197,12 @@ def question_figures(rows: Sequence[Row]) -> Iterator[Figure]:
     yield draw_figure("accuracy", caption, (7.4, 1.3 + 0.5 * len(bars)), paint)
 
 
-def belief_figures(dialogues: Sample, most: int = 10) -> Iterator[Figure]:
-    """Accuracy and log-loss by turn, and the calibration after the last turn.
-
-    Args:
-        dialogues: The predictions.
-        most: Maximum number of turns to draw.
-    """
+def belief_figures(dialogues: Sample) -> Iterator[Figure]:
+    """Accuracy and log-loss by turn, and the calibration after the last turn."""
     ends = after_turn(dialogues, UNIFORM, None)
     least = min(LEAST, len(ends))
     turns: list[int | None] = [
-        turn for turn in range(1, most + 1) if len(after_turn(dialogues, UNIFORM, turn)) >= least
+        turn for turn in range(1, MOST + 1) if len(after_turn(dialogues, UNIFORM, turn)) >= least
     ]
     if after_turn(dialogues, UNIFORM, 2):
         turns.append(None)  # each dialogue's last

@@ -165,16 +165,15 @@ def _over_people(
     return percent(mean([sum(each) / len(each) for each in by_profile.values()]))
 
 
-def _interval(group: Sequence[Rated], *, seed: int = 0) -> Interval | None:
+def _interval(group: Sequence[Rated]) -> Interval | None:
     """Percentile bootstrap of the mean over profiles, resampling whole participants."""
-    rated = [each for each in group if each.ratings]
-    people = sorted({person for each in rated for person in each.ratings})
-    given = np.array([[each.ratings.get(person, np.nan) for each in rated] for person in people])
+    people = sorted({person for each in group for person in each.ratings})
+    given = np.array([[each.ratings.get(person, np.nan) for each in group] for person in people])
     if len(people) < 2 or np.nanmin(given) == np.nanmax(given):
         return None
-    rng = np.random.default_rng(seed)
+    rng = np.random.default_rng(0)
     drawn = rng.multinomial(len(people), np.full(len(people), 1 / len(people)), RESAMPLES)
-    names = np.array([each.info.profile or each.info.id for each in rated])
+    names = np.array([each.info.profile or each.info.id for each in group])
     ratings = np.ma.divide(drawn @ np.nan_to_num(given), drawn @ ~np.isnan(given)) / BEST
     profiles = np.ma.stack([ratings[:, names == name].mean(1) for name in np.unique(names)])
     low, high = np.quantile(profiles.mean(0).compressed(), (0.025, 0.975))
