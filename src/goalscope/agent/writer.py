@@ -11,6 +11,7 @@ from collections.abc import Callable, Sequence
 import numpy as np
 
 from goalscope.base.arrays import Array
+from goalscope.base.stats import log_softmax
 from goalscope.base.types import Turn, canonical
 from goalscope.envs.scenarios import Scenario
 from goalscope.models import Model
@@ -108,9 +109,7 @@ class Writer:
         contexts = [prompt for prompt in prompts for _ in JUDGEMENTS]
         scores = logprobs_of(self.model, contexts, [*JUDGEMENTS] * len(prompts))
         nats = np.array([float(score.sum()) for score in scores])
-        nats = nats.reshape(len(aims), len(things), len(JUDGEMENTS))
-        shares = np.exp(nats - nats.max(axis=-1, keepdims=True))
-        return shares / shares.sum(axis=-1, keepdims=True)
+        return np.exp(log_softmax(nats.reshape(len(aims), len(things), len(JUDGEMENTS))))
 
     def recent(self, turns: Sequence[Turn]) -> Sequence[Turn]:
         """The newest turns, as many as a prompt shows."""

@@ -10,11 +10,9 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from goalscope.base.arrays import Array, Flags
 from goalscope.base.types import UNSPECIFIED, Goal, InvalidInputError, canonical, pluralize
 from goalscope.belief.calibration import EPSILONS, PAPER, Calibration, calibration_from_json
-
-Array = npt.NDArray[np.float64]
-Flags = npt.NDArray[np.bool_]
 
 PINNED = 0.99
 """Lowest probability of a goal that the person has just confirmed."""

@@ -17,7 +17,7 @@ from goalscope.base.inputs import read_table
 from goalscope.base.types import Goal, Turn, canonical
 from goalscope.datasets.case import OPENING, Case
 from goalscope.datasets.files import Row, line_rows
-from goalscope.datasets.goal_sets import chance, draw
+from goalscope.datasets.goal_sets import chance, draw, drawn_case
 
 SERVICES = "Help the human with bookings, money, media and other services."
 
@@ -139,7 +139,7 @@ def multidogo(file: Path, goal_set: str, goals: int, seed: int) -> Iterator[Case
     table = _intents()["multidogo"]
     own = table[domain]
     names = {
-        intent: text if goal_set == "full" else _plain_label(intent)
+        intent: text if goal_set == "full" else _SPACED.get(intent) or intent.removesuffix("intent")
         for each in table.values()
         for intent, text in each.items()
         if intent != "task"
@@ -158,16 +158,10 @@ def multidogo(file: Path, goal_set: str, goals: int, seed: int) -> Iterator[Case
             yield "no goal, or two at once"
             continue
         near = [names[each] for each in own if each != "task"]
-        drawn = draw(chance(seed, id), names[intent], [near, [*names.values()]], goals)
-        if drawn is None:
-            yield f"fewer than {goals} goals to choose from"
-            continue
-        yield Case(id, id, own["task"], tuple(turns), *drawn)
-
-
-def _plain_label(intent: str) -> str:
-    """Such as "report lost card" for "reportlostcard"."""
-    return _SPACED.get(intent, intent.removesuffix("intent"))
+        tiers = [near, [*names.values()]]
+        yield drawn_case(
+            id, own["task"], tuple(turns), chance(seed, id), names[intent], tiers, goals
+        )
 
 
 _SPACED = {
@@ -184,6 +178,7 @@ _SPACED = {
     f"order{what}intent": f"order {what}"
     for what in ("pizza", "burger", "salad", "drink", "dessert", "side", "breakfast")
 }
+"""Such as "report lost card" for "reportlostcard"."""
 
 
 def hint3(file: Path, goal_set: str, goals: int, seed: int) -> Iterator[Case | str]:
@@ -208,5 +203,5 @@ def hint3(file: Path, goal_set: str, goals: int, seed: int) -> Iterator[Case | s
         if row.values.get("intent") is None:
             support = tuple(map(Goal, rng.sample(every, count)))
             yield Case(id, id, task, turns, support, None, (None,))
-        elif drawn := draw(rng, names[row.text("intent")], [every], count):
-            yield Case(id, id, task, turns, *drawn)
+        else:
+            yield drawn_case(id, task, turns, rng, names[row.text("intent")], [every], count)

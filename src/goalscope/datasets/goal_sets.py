@@ -49,6 +49,24 @@ def draw(
     return tuple(map(Goal, [*wrong[:place], truth, *wrong[place:]])), place
 
 
+def drawn_case(
+    id: str,
+    task: str,
+    turns: tuple[Turn, ...],
+    rng: random.Random,
+    truth: str,
+    tiers: Iterable[Sequence[str]],
+    goals: int,
+    *,
+    group: str = "",
+) -> Case | str:
+    """The case with wrong goals drawn from tiers, see `draw`; the reason where they are too few."""
+    drawn = draw(rng, truth, tiers, goals)
+    if drawn is None:
+        return f"fewer than {goals} goals to choose from"
+    return Case(id, group or id, task, turns, *drawn)
+
+
 def by_shared_words(truth: str, texts: Iterable[str]) -> list[list[str]]:
     """Tiers of texts, those first that share the most words with the true goal."""
     words = _words(truth)

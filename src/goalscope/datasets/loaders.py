@@ -20,27 +20,9 @@ from goalscope.base.inputs import shown
 from goalscope.base.types import Goal, InvalidInputError, Turn, canonical
 from goalscope.datasets.case import OPENING, Case, turns_of
 from goalscope.datasets.files import Row, json_rows, line_rows
-from goalscope.datasets.goal_sets import by_shared_words, chance, draw
+from goalscope.datasets.goal_sets import by_shared_words, chance, drawn_case
 
 HOUSEHOLD = "Do a household task in this room for the human."
-
-
-def _case(
-    id: str,
-    task: str,
-    turns: tuple[Turn, ...],
-    rng: random.Random,
-    truth: str,
-    tiers: Iterable[Sequence[str]],
-    goals: int,
-    *,
-    group: str = "",
-) -> Case | str:
-    """The case with wrong goals drawn from tiers, see `draw`; the reason where they are too few."""
-    drawn = draw(rng, truth, tiers, goals)
-    if drawn is None:
-        return f"fewer than {goals} goals to choose from"
-    return Case(id, group or id, task, turns, *drawn)
 
 
 def teach(file: Path, goal_set: str, goals: int, seed: int) -> Iterator[Case | str]:
@@ -68,7 +50,7 @@ def teach(file: Path, goal_set: str, goals: int, seed: int) -> Iterator[Case | s
         tiers = [every]
         if goal_set == "hard":
             tiers = [sorted(of_task[name]), *by_shared_words(goal, every)]
-        yield _case(id, HOUSEHOLD, turns, chance(seed, id), goal, tiers, goals)
+        yield drawn_case(id, HOUSEHOLD, turns, chance(seed, id), goal, tiers, goals)
 
 
 _Plan = tuple[str, ...]  # the type of the task, then what it is done with
@@ -104,7 +86,7 @@ def alfred(file: Path, goal_set: str, goals: int, seed: int) -> Iterator[Case | 
         words, goal = rng.sample(list(sentences.values()), 2)
         wrong = (_one_each(rng, tier, said, said[plan], 2 * goals) for tier in tiers[plan])
         turns, group = (Turn(OPENING, words),), "|".join(plan)
-        yield _case(id, HOUSEHOLD, turns, rng, goal, wrong, goals, group=group)
+        yield drawn_case(id, HOUSEHOLD, turns, rng, goal, wrong, goals, group=group)
 
 
 def _plan(row: Row) -> _Plan:
@@ -228,7 +210,7 @@ def multiwoz(file: Path, goal_set: str, goals: int, seed: int) -> Iterator[Case 
             yield "no goal, or no words of the person"
             continue
         tier = every if goal_set == "random" else ordered[own]
-        yield _case(id, CAMBRIDGE, turns, chance(seed, id), message, [tier], goals)
+        yield drawn_case(id, CAMBRIDGE, turns, chance(seed, id), message, [tier], goals)
 
 
 _NO_DOMAINS = ("message", "topic")
@@ -297,7 +279,7 @@ def taskmaster(file: Path, goal_set: str, goals: int, seed: int) -> Iterator[Cas
             continue
         rng = chance(seed, id)
         tiers = [every] if goal_set == "random" else _one_change(rng, order, values)
-        yield _case(id, COFFEE, turns, rng, _order_text(order), tiers, goals)
+        yield drawn_case(id, COFFEE, turns, rng, _order_text(order), tiers, goals)
 
 
 def _said(row: Row) -> Iterator[tuple[bool, str]]:

@@ -8,8 +8,8 @@ from statistics import fmean
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
+from goalscope.base.arrays import Array
 from goalscope.base.stats import Reliability, auroc, log_softmax, reliability, scores
 from goalscope.base.types import pluralize
 from goalscope.belief.belief import log_posteriors
@@ -37,8 +37,6 @@ from goalscope.experiment.summary import (
     short_names,
     slug,
 )
-
-Array = npt.NDArray[np.float64]
 
 GOALSCOPE = "goalscope"
 """With the calibration known at the time of the measurement."""
@@ -271,7 +269,7 @@ def dialogue_table(sample: Sample) -> Table:
     """The predictions at turns 1 to 5 and at the last turn of each dialogue."""
     longer = any(each["turn"] > 1 for each in sample.records)
     groups = [
-        ({"predictor": predictor, "turn": _after(turn)}, records)
+        ({"predictor": predictor, "turn": str(turn or "last")}, records)
         for predictor, turn in product(predictors_of(sample), TURNS if longer else (1,))
         if (records := after_turn(sample, predictor, turn))
     ]
@@ -486,7 +484,3 @@ def _notes(cells: Sequence[Measured]) -> Iterator[str]:
             f"{unread:,} of {len(answers):,} answers of the model that is asked could not be "
             "read; they are scored as uniform."
         )
-
-
-def _after(turn: int | None) -> str:
-    return "last" if turn is None else str(turn)

@@ -13,6 +13,7 @@ from typing import Any, TypeVar, cast
 import numpy as np
 
 from goalscope.base.arrays import Array
+from goalscope.base.stats import log_softmax
 from goalscope.base.types import Message, ModelError
 from goalscope.models import CLOSED, Completion, unfinished_json
 from goalscope.models.chat import answer_of, opens_thought
@@ -211,9 +212,7 @@ class LocalModel(TokenScorer):
     def next_logprobs(self, prompt: Sequence[int]) -> Array:
         """Log-probability in nats of every token [vocabulary] after a prompt's token ids."""
         self.check_length(len(prompt) + 1)
-        logits = self.read(prompt, 0).astype(np.float64)
-        logits -= logits.max()
-        return logits - np.log(np.exp(logits).sum())
+        return log_softmax(self.read(prompt, 0).astype(np.float64))
 
     @synchronized
     def likeliest(self, prompt: Sequence[int]) -> tuple[int, float]:
