@@ -9,7 +9,7 @@ import difflib
 import json
 import re
 import tomllib
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cache
 from importlib.resources.abc import Traversable
@@ -261,11 +261,7 @@ class _Profiles:
 
 
 def read_profiles(
-    source: Path | Traversable,
-    checks: Any = Mapping[str, Any],
-    *,
-    scenes: bool = False,
-    examine: Callable[[Mapping[str, Any], str], None] | None = None,
+    source: Path | Traversable, checks: Any = Mapping[str, Any], *, scenes: bool = False
 ) -> tuple[Profile, ...]:
     """Read the tables `[[profile]]` of a TOML file.
 
@@ -273,7 +269,6 @@ def read_profiles(
         source: The file.
         checks: The type of a check, such as `dict[Literal["has"], list[str]]`; see `validated`.
         scenes: Whether each profile names a `scene`.
-        examine: Refuses a check that could never be met; its second argument says where it stands.
 
     Raises:
         InvalidInputError: The file cannot be read, or a profile is not of this form; the message
@@ -298,6 +293,4 @@ def read_profiles(
             raise InvalidInputError(f"{label}: a text is blank.")
         for number, check in enumerate(profile.checks, 1):
             validated(check, checks, f"{label}, check {number}")
-            if examine:
-                examine(check, f"{label}, check {number}")
     return profiles

@@ -38,6 +38,26 @@ class _Check(GivenStates):
     isSliced: bool | None = None
     isPickedUp: bool | None = None
 
+    def __post_init__(self) -> None:
+        """Refuse a check that is of no known form, or that nothing could ever meet."""
+        leading = [key for key in _FORMS if getattr(self, key) is not None]
+        if len(leading) != 1:
+            raise ValueError(f"expected exactly one of the keys {', '.join(_FORMS)}.")
+        kinds, places = _types(getattr(self, leading[0])), {"in": self.in_, "on": self.on}
+        if None not in places.values():
+            raise ValueError("'in' and 'on' mean the same. Use only one of them.")
+        if self.count is not None and leading != ["object"]:
+            raise ValueError(f"'count' is for 'object', not {leading[0]!r}.")
+        for key, named in {leading[0]: kinds, **places}.items():
+            _examine_types(key, _types(named or []))
+        for problem in (unfit_state(key, kinds) for key in self.states):
+            if problem:
+                raise ValueError(problem)
+        if leading == ["every"] and not (self.states or any(places.values())):
+            raise ValueError(
+                "'every' needs a condition. Add 'in', 'on', or a state such as isOpen."
+            )
+
 
 def load_profiles(path: Path | str | None = None) -> tuple[Profile, ...]:
     """Read profiles from a TOML file; None reads the five built-in ones (Sec. 4.2).
@@ -67,10 +87,12 @@ def load_profiles(path: Path | str | None = None) -> tuple[Profile, ...]:
     source = (
         files("goalscope.envs.house") / "data" / "profiles.toml" if path is None else Path(path)
     )
-    profiles = read_profiles(source, _Check, scenes=True, examine=_examine)
+    profiles = read_profiles(source, _Check, scenes=True)
     for profile in profiles:
-        if profile.welcome:
-            _examine_types("welcome", [*profile.welcome], f"{source.name}, {shown(profile.name)}")
+        try:
+            _examine_types("welcome", profile.welcome)
+        except ValueError as error:
+            raise InvalidInputError(f"{source.name}, {shown(profile.name)}: {error}") from None
     return profiles
 
 
@@ -134,33 +156,12 @@ def _types(value: str | list[str]) -> list[str]:
     return [value] if isinstance(value, str) else value
 
 
-def _examine(check: Mapping[str, Any], label: str) -> None:
-    """Refuse a check that is of no known form, or that nothing could ever meet."""
-    leading = [key for key in _FORMS if key in check]
-    if len(leading) != 1:
-        raise InvalidInputError(f"{label}: expected exactly one of the keys {', '.join(_FORMS)}.")
-    if "in" in check and "on" in check:
-        raise InvalidInputError(f"{label}: 'in' and 'on' mean the same. Use only one of them.")
-    if "count" in check and leading != ["object"]:
-        raise InvalidInputError(f"{label}: 'count' is for 'object', not {leading[0]!r}.")
-    for key in (*leading, "in", "on"):
-        if key in check:
-            _examine_types(key, check[key], label)
-    for key in STATES:
-        if key in check and (problem := unfit_state(key, _types(check[leading[0]]))):
-            raise InvalidInputError(f"{label}: {problem}")
-    if leading == ["every"] and len(check) == 1:
-        raise InvalidInputError(
-            f"{label}: 'every' needs a condition. Add 'in', 'on', or a state such as isOpen."
-        )
-
-
-def _examine_types(key: str, value: str | list[str], label: str) -> None:
+def _examine_types(key: str, names: Iterable[str]) -> None:
     known = object_types()
-    for name in _types(value):
+    for name in names:
         if name not in known:
-            raise InvalidInputError(
-                f"{label}: {shown(name)} in {key!r} is not an object type; {nearest(name, known)}"
+            raise ValueError(
+                f"{shown(name)} in {key!r} is not an object type; {nearest(name, known)}"
             )
         if key in ("in", "on") and "receptacle" not in known[name].flags:
-            raise InvalidInputError(f"{label}: {name} in {key!r} is not a receptacle.")
+            raise ValueError(f"{name} in {key!r} is not a receptacle.")

@@ -8,7 +8,7 @@ import math
 import os
 import zlib
 from collections.abc import Callable, Iterable, Mapping
-from dataclasses import asdict, astuple, dataclass, fields
+from dataclasses import asdict, astuple, dataclass
 from importlib.resources import files
 from importlib.resources.abc import Traversable
 from pathlib import Path
@@ -87,7 +87,6 @@ class _Size:
 class _Box:
     center: _Vector | None = None
     size: _Size = _Size(0.1, 0.1, 0.1)
-    cornerPoints: Any = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -106,7 +105,7 @@ class _Head:
 
 @dataclass(frozen=True, slots=True)
 class _Object:
-    """What the house reads of an object's metadata besides its flags."""
+    """What the house reads of an object's metadata besides its flags; AI2-THOR writes more."""
 
     objectId: _Id
     objectType: _Id
@@ -244,9 +243,9 @@ def scene_from_metadata(metadata: Any, *, label: str, name: str | None = None) -
         )
     given = {
         "sceneName": table.get("sceneName") or name or "Imported",
-        "agent": _known(table.get("agent"), _Agent),
+        "agent": table.get("agent"),
     }
-    head = validated(given, _Head, label)
+    head = validated(given, _Head, label, ignore_extra=True)
     agent = head.agent and {"name": "agent", **asdict(head.agent), "inHighFrictionArea": False}
     liquids = {row["fillLiquid"] for row in rows if row.get("fillLiquid")}
     odd = sorted(liquids - {*LIQUIDS})
@@ -262,7 +261,7 @@ def _object(row: Any, label: str) -> dict[str, Any]:
     label = f"{label} {shown(given.get('objectId'))}"
     flags = validated({key: given.get(key, False) for key in _FLAGS}, dict[str, bool], label)
     named = {"name": given.get("objectId"), **given}
-    thing = validated(_known(named, _Object), _Object, label)
+    thing = validated(named, _Object, label, ignore_extra=True)
     openness = float(flags["isOpen"]) if thing.openness is None else thing.openness
     box = thing.axisAlignedBoundingBox or _Box()
     return {
@@ -282,14 +281,6 @@ def _object(row: Any, label: str) -> dict[str, Any]:
         ),
         "objectOrientedBoundingBox": None,
     }
-
-
-def _known(given: Any, kind: type) -> Any:
-    """The keys that a dataclass has: AI2-THOR writes many more."""
-    if not isinstance(given, dict):
-        return given
-    table = cast("dict[str, Any]", given)
-    return {each.name: table[each.name] for each in fields(kind) if each.name in table}
 
 
 def _texts(value: Any) -> list[str] | None:
