@@ -5,7 +5,7 @@ from __future__ import annotations
 import itertools
 import os
 import re
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 from typing import Annotated, Any, Literal, TypeVar, cast
@@ -201,7 +201,7 @@ def read_experiment(file: Path) -> Experiment:
     return replace(
         found,
         models=tuple(_placed_model(model, folder) for model in found.models),
-        dialogues=tuple(_placed_dialogues(part, folder) for part in found.dialogues),
+        dialogues=tuple(_placed(part, folder) for part in found.dialogues),
         episodes=tuple(_placed_episodes(part, folder) for part in found.episodes),
         judge=judge,
     )
@@ -209,21 +209,20 @@ def read_experiment(file: Path) -> Experiment:
 
 def _placed(part: P, folder: Path) -> P:
     """A part with full paths, so that its files are found from any folder."""
-    models = tuple(_placed_model(model, folder) for model in part.models)
-    own = part.likelihood and _own_place(part.likelihood, folder)
-    return replace(part, models=models, likelihood=own)
+    found: dict[str, Any] = {}
+    for key, place in _PLACES.items():
+        value = getattr(part, key, None)
+        if isinstance(value, tuple):
+            found[key] = tuple(place(each, folder) for each in cast("tuple[Any, ...]", value))
+        elif value:
+            found[key] = place(value, folder)
+    return replace(part, **found)
 
 
 def _own_place(name: str, folder: Path) -> str:
     """FILE.py:NAME with the full path of the file; other names unchanged."""
     file, colon, function = name.rpartition(":")
     return f"{_place(file, folder)}:{function}" if colon else name
-
-
-def _placed_dialogues(part: DialoguesPart, folder: Path) -> DialoguesPart:
-    fit = tuple(_placed_source(name, folder) for name in part.fit)
-    methods = tuple(_own_place(name, folder) for name in part.methods)
-    return replace(_placed(part, folder), fit=fit, methods=methods)
 
 
 def _placed_source(name: str, folder: Path) -> str:
@@ -241,18 +240,10 @@ def _placed_episodes(part: EpisodesPart, folder: Path) -> EpisodesPart:
                 f"'domain': {shown(part.domain)} is unknown; "
                 f"{nearest(part.domain, BUILT_IN)} Or name a Python file."
             )
-    calibrations = [name if name in NAMED else _place(name, folder) for name in part.calibrations]
-    for name in calibrations:
+    found = replace(_placed(part, folder), domain=domain)
+    for name in found.calibrations:
         calibration_named(name)  # refuses an unknown one now
-    return replace(
-        _placed(part, folder),
-        domain=domain,
-        calibrations=tuple(calibrations),
-        methods=tuple(_own_place(name, folder) for name in part.methods),
-        people=part.people and _place(part.people, folder),
-        catalogue=part.catalogue and _place(part.catalogue, folder),
-        scene=part.scene and _place(part.scene, folder),
-    )
+    return found
 
 
 def _placed_model(model: Model, folder: Path) -> Model:
@@ -271,6 +262,16 @@ def _place(name: str, folder: Path) -> str:
     )
 
 
+_PLACES: Mapping[str, Callable[[Any, Path], Any]] = {
+    **dict.fromkeys(("people", "catalogue", "scene"), _place),
+    **dict.fromkeys(("likelihood", "methods"), _own_place),
+    "calibrations": lambda name, folder: name if name in NAMED else _place(name, folder),
+    "fit": _placed_source,
+    "models": _placed_model,
+}
+"""What makes the full path of what a part names under a key."""
+
+
 def specs_of(experiment: Experiment, folder: Path | None) -> list[dict[str, Any]]:
     """The specs of all cells that can be planned before any is measured.
 
@@ -282,8 +283,13 @@ def specs_of(experiment: Experiment, folder: Path | None) -> list[dict[str, Any]
         InvalidInputError: A file is missing or broken, or a name is unknown.
     """
     specs: list[dict[str, Any]] = []
-    for part, model in itertools.product(experiment.mcq, experiment.models):
-        specs += _question_specs(part, model, folder)
+    for part in experiment.mcq:
+        questions = read_questions(_file(part.file, folder), part.limit)
+        for model, question, layout in itertools.product(
+            experiment.models, questions, part.layouts
+        ):
+            row = asdict(question)
+            specs.append({"kind": "mcq", "row": row, "model": model, "layout": layout})
     for part in experiment.dialogues:
         for model in part.models or experiment.models:
             specs += _dialogue_specs(part, model, folder)
@@ -321,14 +327,6 @@ def judging(experiment: Experiment, cells: Sequence[Cell]) -> list[dict[str, Any
             **{key: result[key] for key in judged},
         })  # fmt: skip
     return specs
-
-
-def _question_specs(
-    part: QuestionsPart, model: Model, folder: Path | None
-) -> Iterator[dict[str, Any]]:
-    for question in read_questions(_file(part.file, folder), part.limit):
-        for layout in part.layouts:
-            yield {"kind": "mcq", "row": asdict(question), "model": model, "layout": layout}
 
 
 def _dialogue_specs(
@@ -420,27 +418,23 @@ def _episode_specs(part: EpisodesPart, model: Model) -> Iterator[dict[str, Any]]
     for name in ("catalogue", "scene"):
         if getattr(part, name) and name not in domain_named(domain).settings:
             raise InvalidInputError(f"{name!r} does not apply to the domain {shown(part.domain)}.")
+    likelihood = _own_likelihood(part).get("likelihood")
+    given = {
+        "preset": part.preset,
+        "propose": part.propose,
+        "k": None if part.k == K else part.k,
+        "prompted": [*modules_named(part.prompted)] or None,
+    }
     fixed: dict[str, Any] = {
         "domain": domain,
         "profiles": part.people,
         "catalogue": part.catalogue,
         "scene": part.scene,
         "rounds": part.rounds,
+        **{key: value for key, value in given.items() if value is not None},
     }
-    if part.preset:
-        fixed["preset"] = part.preset
-    if part.propose is not None:
-        fixed["propose"] = part.propose
-    if part.k != K:
-        fixed["k"] = part.k
-    likelihood = _own_likelihood(part).get("likelihood")
-    if part.prompted:
-        fixed["prompted"] = [*modules_named(part.prompted)]
     settings = Settings(
-        domain=domain,
-        profiles=fixed["profiles"],
-        catalogue=fixed["catalogue"],
-        scene=part.scene,
+        domain=domain, profiles=part.people, catalogue=part.catalogue, scene=part.scene
     )
     known = {profile.name: profile for profile in profiles_of(settings)}
     if not known:
@@ -458,12 +452,7 @@ def _episode_specs(part: EpisodesPart, model: Model) -> Iterator[dict[str, Any]]
         names,
         [*map(load_method, part.methods)],
     ):
-        axes = {
-            "human": human,
-            "method": method,
-            "calibration": calibration,
-            "layout": layout,
-        }
+        axes = {"human": human, "method": method, "calibration": calibration, "layout": layout}
         own = {"likelihood": likelihood} if likelihood and method == "good" else {}
         yield {
             "kind": "episode",
