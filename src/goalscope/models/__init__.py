@@ -115,32 +115,21 @@ class Model(Generator, LikelihoodModel, Protocol):
 
 @runtime_checkable
 class Roles(Protocol):
-    """Which part of a model does what, for one with adapters; see `ModelSet`."""
+    """Which part of a model does what, for one with adapters; see `ModelSet`.
 
-    @property
-    def speaker(self) -> LikelihoodModel:
-        """Scores utterances."""
-        ...
+    Attributes:
+        speaker: Scores utterances.
+        scorer: Scores, without an adapter.
+        reader: Reads utterances.
+        taught: Whether the reader has an adapter.
+        writer: Proposes goals, needs and questions with an adapter; None without one.
+    """
 
-    @property
-    def scorer(self) -> LikelihoodModel:
-        """Scores, without an adapter."""
-        ...
-
-    @property
-    def reader(self) -> Generator:
-        """Reads utterances."""
-        ...
-
-    @property
-    def taught(self) -> bool:
-        """Whether the reader has an adapter."""
-        ...
-
-    @property
-    def writer(self) -> Model | None:
-        """Proposes goals, needs and questions with an adapter; None without one."""
-        ...
+    speaker: LikelihoodModel
+    scorer: LikelihoodModel
+    reader: Generator
+    taught: bool
+    writer: Model | None
 
 
 class OpenGenerator(Generator, Protocol):

@@ -12,10 +12,7 @@ from typing import Any
 
 from goalscope.base.arrays import Array
 from goalscope.base.types import InvalidInputError, Message, ModelError
-from goalscope.models import (
-    Completion,
-    OpenGenerator,
-)
+from goalscope.models import Completion, OpenGenerator
 from goalscope.models.adapters import FITTED_TASK, NO_ADAPTER, adapter_file, shipped
 from goalscope.models.chat import ChatTokenizer
 from goalscope.models.local import LocalModel

@@ -106,7 +106,9 @@ class LlamaCpp(LocalModel):
     @property
     def weight_type(self) -> str:
         """Type of most weights, such as "BF16"."""
-        return self._weights.type_name
+        lib = self._weights.lib
+        name = lib.llama_ftype_name(lib.llama_model_ftype(self._weights.model))
+        return name.decode() if name else "unknown"
 
     @property
     def fingerprint(self) -> str:

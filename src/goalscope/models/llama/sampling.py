@@ -6,7 +6,7 @@ import ctypes
 import json
 import weakref
 from collections.abc import Mapping
-from typing import Any, Protocol, cast
+from typing import Any, cast
 
 import numpy as np
 import numpy.typing as npt
@@ -24,20 +24,8 @@ Logits = npt.NDArray[np.float32]
 """[vocabulary] unnormalised log-probabilities of the next token."""
 
 
-class Grammar(Protocol):
-    """A JSON schema, or rules in GBNF, as a filter of next tokens."""
-
-    def filter(self, logits: Logits, tokens: npt.NDArray[np.int32]) -> Logits:
-        """The `logits` of `tokens`, with -inf for tokens that cannot come next."""
-        ...
-
-    def accept(self, token: int) -> None:
-        """Move on past `token`."""
-        ...
-
-
 class LlamaGrammar:
-    """A `Grammar` by llama.cpp."""
+    """Rules in GBNF as a filter of next tokens, by llama.cpp."""
 
     def __init__(self, weights: Weights, rules: str) -> None:
         """Compile rules in GBNF.
@@ -56,7 +44,7 @@ class LlamaGrammar:
         self._candidates = np.zeros(weights.vocab_size, dtype)
 
     def filter(self, logits: Logits, tokens: npt.NDArray[np.int32]) -> Logits:
-        """See `Grammar.filter`."""
+        """The `logits` of `tokens`, with -inf for tokens that cannot come next."""
         data = self._candidates[: len(tokens)]
         data["id"], data["logit"] = tokens, logits[tokens]
         pointer = ctypes.cast(data.ctypes.data, ctypes.POINTER(Candidate))
@@ -65,12 +53,12 @@ class LlamaGrammar:
         return np.array(data["logit"])
 
     def accept(self, token: int) -> None:
-        """See `Grammar.accept`."""
+        """Move on past `token`."""
         self._lib.llama_sampler_accept(self._sampler, token)
 
 
 class LLGuidanceGrammar:
-    """A `Grammar` by llguidance."""
+    """A JSON schema, or rules in GBNF, as a filter of next tokens, by llguidance."""
 
     def __init__(self, tokenizer: Any, rules: Mapping[str, Any] | str) -> None:
         """Compile a JSON schema, or rules in GBNF.
@@ -100,16 +88,20 @@ class LLGuidanceGrammar:
         self._allowed: npt.NDArray[np.uint8] | None = None
 
     def filter(self, logits: Logits, tokens: npt.NDArray[np.int32]) -> Logits:
-        """See `Grammar.filter`."""
+        """The `logits` of `tokens`, with -inf for tokens that cannot come next."""
         if self._allowed is None:
             bits = np.frombuffer(self._matcher.compute_bitmask(), np.uint8)
             self._allowed = np.unpackbits(bits, bitorder="little")
         return np.where(self._allowed[tokens], logits[tokens], np.float32(-np.inf))
 
     def accept(self, token: int) -> None:
-        """See `Grammar.accept`."""
+        """Move on past `token`."""
         self._matcher.consume_token(token)
         self._allowed = None
+
+
+Grammar = LlamaGrammar | LLGuidanceGrammar
+"""What a reply must keep to, as a filter of next tokens."""
 
 
 class _Vocabulary:

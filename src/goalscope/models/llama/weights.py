@@ -69,7 +69,7 @@ class Weights:
         )
         if not model:
             raise ModelError(f"{path} is not a complete GGUF model. {remedy}")
-        self._free = weakref.finalize(self, self.lib.llama_model_free, model)
+        self.free = weakref.finalize(self, self.lib.llama_model_free, model)
         self._model, self._vocab = model, self.lib.llama_model_get_vocab(model)
         self._adapters: dict[Path, Any] = {}
         self._users = 0
@@ -83,7 +83,7 @@ class Weights:
         Raises:
             ModelError: It was freed.
         """
-        if not self._free.alive:
+        if not self.free.alive:
             raise ModelError(CLOSED)
         return self._model
 
@@ -122,10 +122,6 @@ class Weights:
         if self._users <= 0:
             self.free()
 
-    def free(self) -> None:
-        """Free the memory; these weights cannot be used afterwards."""
-        self._free()
-
     @cached_property
     def digest(self) -> str:
         """Hashes of the file and, if it is one of several parts, of all of them."""
@@ -134,12 +130,6 @@ class Weights:
             with part.open("rb") as file:
                 digests.append(hashlib.file_digest(file, "sha256").hexdigest())
         return " ".join(digests)
-
-    @property
-    def type_name(self) -> str:
-        """Type of most weights, such as "BF16"."""
-        name = self.lib.llama_ftype_name(self.lib.llama_model_ftype(self.model))
-        return name.decode() if name else "unknown"
 
     @property
     def exact(self) -> bool:

@@ -42,13 +42,14 @@ class Network:
             ModelError: It is missing or broken, or cannot be put there, or PyTorch is missing.
         """
         torch = self._torch = package("torch")
-        self.device: Any = torch.device(device or _best_device(torch))
+        usual = "mps" if torch.backends.mps.is_available() else "cpu"
+        usual = "cuda" if torch.cuda.is_available() else usual
+        self.device: Any = torch.device(device or usual)
         dtype = dtype or ("float32" if self.device.type == "cpu" else "bfloat16")
         self.model = _load(source, self.device, getattr(torch, dtype))
         inputs = signature(self.model.forward).parameters
-        self._cache = (
-            "cache" if "cache" in inputs else "past_key_values"
-        )  # before Transformers 5.24
+        # The second name is that before Transformers 5.24.
+        self._cache = "cache" if "cache" in inputs else "past_key_values"
         config = self.model.config.get_text_config()
         self.vocab_size: int = config.vocab_size
         self.trained_on: int | None = getattr(config, "max_position_embeddings", None)
@@ -251,12 +252,6 @@ def _extension() -> Any:
             return shapes, torch.cat([part.transpose(1, 2).flatten(2) for part in parts], -1)
 
     return Extension
-
-
-def _best_device(torch: Any) -> str:
-    if torch.cuda.is_available():
-        return "cuda"
-    return "mps" if torch.backends.mps.is_available() else "cpu"
 
 
 def _load(source: str | Path, device: Any, dtype: Any) -> Any:
