@@ -6,6 +6,7 @@ from abc import abstractmethod
 from collections import defaultdict
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from functools import cache
 from typing import Protocol
 
 import numpy as np
@@ -144,7 +145,14 @@ class NeedPlanner:
         if not goals or sum(goals.values()) < 1 - _LITTLE:
             goals[""] = goals.get("", 0.0) + 1 - sum(goals.values())
         probability = np.array([*goals.values()]) / sum(goals.values())
-        served = _Served(env, dialogue)
+        names: dict[ActionSequence, str] = {}
+
+        @cache
+        def served(need: str) -> ActionSequence:
+            sequence = tuple(env.serving(need, dialogue))
+            names.setdefault(sequence, need)
+            return sequence
+
         leading = int(probability.argmax())
         shown = self.writer.recent([Turn("", turn.utterance) for turn in turns])
         said = " ".join(turn.utterance for turn in shown)
@@ -153,7 +161,7 @@ class NeedPlanner:
             return Outcome()
         choice = choose(probability, value, self.cost)
         best_first: list[int] = np.argsort(-choice.value, kind="stable").tolist()
-        held = [served.names[sequences[i]] for i in best_first if choice.hold[i]]
+        held = [names[sequences[i]] for i in best_first if choice.hold[i]]
         chosen = [i for i in best_first if choice.act[i]][: self.limit]
         served_goals: list[int] = (probability[:, None] * value).argmax(axis=0).tolist()
         # In the order of the scenarios, as one sequence may build on another.
@@ -161,12 +169,16 @@ class NeedPlanner:
         return _carried_out(env, plan, history, tuple(held[: self.limit]), dialogue.given_up)
 
     def _values(
-        self, env: Proactive, goals: Sequence[str], leading: int, said: str, served: _Served
+        self, env: Proactive, goals: Sequence[str], leading: int, said: str, served: Served
     ) -> tuple[list[ActionSequence], Array]:
         """What may be done, and the value [G, n] of each under each goal, from -1 to 1."""
+
+        @cache
+        def kind(sequence: ActionSequence) -> str:
+            return "; ".join(map(env.kind, sequence))
+
         found = [
-            called_for(env.like(f"{said} {goal}".strip(), _LIKE), served, served.kind)
-            for goal in goals
+            called_for(env.like(f"{said} {goal}".strip(), _LIKE), served, kind) for goal in goals
         ]
         if any(found):
             values = [
@@ -182,7 +194,7 @@ class NeedPlanner:
         )
 
     def _judged(
-        self, env: Proactive, aims: Sequence[str], leading: int, said: str, served: _Served
+        self, env: Proactive, aims: Sequence[str], leading: int, said: str, served: Served
     ) -> list[dict[ActionSequence, float]]:
         """The value under each aim, from -1 to 1, of what the writer lists for the leading one."""
         room = env.room()
@@ -208,33 +220,13 @@ _RANKS = 30  # place in a scenario's list from which on a thing has no vote
 ActionSequence = tuple[Action, ...]
 """The actions that serve one need."""
 
-
-class _Served:
-    """Looks up how a need is served here, once for each."""
-
-    def __init__(self, env: Proactive, dialogue: DialogueState) -> None:
-        self._env, self._dialogue = env, dialogue
-        self._sequences: dict[str, ActionSequence] = {}
-        self._kinds: dict[ActionSequence, str] = {}
-        self.names: dict[ActionSequence, str] = {}
-
-    def __call__(self, need: str) -> ActionSequence:
-        """The actions; none if nothing serves the need."""
-        if need not in self._sequences:
-            self._sequences[need] = tuple(self._env.serving(need, self._dialogue))
-            self.names.setdefault(self._sequences[need], need)
-        return self._sequences[need]
-
-    def kind(self, sequence: ActionSequence) -> str:
-        """The kinds of its actions."""
-        if sequence not in self._kinds:
-            self._kinds[sequence] = "; ".join(map(self._env.kind, sequence))
-        return self._kinds[sequence]
+Served = Callable[[str], ActionSequence]
+"""Finds the actions that serve a need; none if nothing does."""
 
 
 def called_for(
     like: Sequence[Scenario],
-    served: Callable[[str], ActionSequence],
+    served: Served,
     kind: Callable[[ActionSequence], str] = str,
 ) -> dict[ActionSequence, float]:
     """The scenarios' votes for each sequence of actions, up to 1 if all of them need it first.
