@@ -169,11 +169,7 @@ def calibration_file(scorer: Any, layout: str) -> Path:
         [[each.role, each.content] for each in chat],
     ]
     key = hashlib.sha256(json.dumps(facts).encode()).hexdigest()[:16]
-    return _folder() / f"{key}.json"
-
-
-def _folder() -> Path:
-    return user_data() / "calibrations"
+    return user_data() / "calibrations" / f"{key}.json"
 
 
 def keep_calibration(file: Path, calibration: Calibration, about: Mapping[str, Any]) -> None:

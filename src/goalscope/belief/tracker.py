@@ -292,8 +292,6 @@ class GoalTracker:
         Raises:
             InvalidInputError: The text is something else, or the model is another one.
         """
-        if not isinstance(cast("object", text), str):
-            raise InvalidInputError(f"text must be what to_json wrote, not {type(text).__name__}.")
         try:
             data = parse_json(text)
             belief = belief_from_json(data["belief"])

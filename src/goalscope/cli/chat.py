@@ -131,16 +131,11 @@ def chat(
                 understood=understood,
             )
             display.show_header(out, session.info)
-            corrections = (
-                '; "/help" shows how to correct the goals.'
-                if session.agent.belief.inferred
-                else "."
-            )
-            out.print(
+            told = (
                 f'"{completion_phrase(env)}" ends the task; "quit" leaves, and you can go on later'
-                + corrections,
-                style="dim",
             )
+            told += '; "/help" shows how to correct the goals' * session.agent.belief.inferred
+            out.print(f"{told}.", style="dim")
             for round in session.earlier:
                 display.show_round(out, round, before)
                 before = round.belief
@@ -428,7 +423,6 @@ def _resumable(session: Session) -> Generator[None]:
 
 
 def _outcome_json(info: EpisodeInfo, outcome: Outcome | None) -> dict[str, Any]:
-
     return {
         "profile": info.profile,
         "method": info.method,

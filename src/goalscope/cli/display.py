@@ -72,36 +72,22 @@ def show_understood(
     if round.belief.goals:
         show_belief(console, round.belief, previous)
     signs = {"added": Text("+", "green"), "removed": Text("-", "red"), "pinned": Text("!", "cyan")}
-    _rows(
-        console,
-        [
-            (
-                signs[change.kind],
-                terminal_safe(change.goal.text).append_text(
-                    terminal_safe(f"  {change.reason}", "dim")
-                ),
-            )
-            for change in round.changes
-        ],
-        "Goals",
-    )
+    rows: list[tuple[Text, Text]] = []
+    for change in round.changes:
+        reason = terminal_safe(f"  {change.reason}", "dim")
+        rows.append((signs[change.kind], terminal_safe(change.goal.text).append_text(reason)))
+    _rows(console, rows, "Goals")
 
 
 def show_done(console: Console, round: Round) -> None:
     """Draw the actions of a round, the status after them, and the notes."""
-    _rows(
-        console,
-        [
-            (
-                _mark(console, result.ok),
-                terminal_safe(str(result.action)).append_text(
-                    terminal_safe(f"  {_first_line(result.observation)}", "dim")
-                ),
-            )
-            for result in round.results
-        ],
-        f"Actions (replanned {round.replans}x)" if round.replans else "Actions",
-    )
+    rows: list[tuple[Text, Text]] = []
+    for result in round.results:
+        line, more, _ = result.observation.partition("\n")
+        said = terminal_safe(f"  {line} ..." if more else f"  {line}", "dim")
+        action = terminal_safe(str(result.action)).append_text(said)
+        rows.append((_mark(console, result.ok), action))
+    _rows(console, rows, f"Actions (replanned {round.replans}x)" if round.replans else "Actions")
     if round.status:
         status = terminal_safe(round.status)
         console.print(Panel(status, title="Status", title_align="left", style="dim"))
@@ -319,11 +305,6 @@ def _listed(value: object) -> str:
     return (
         ", ".join(map(str, cast("list[object]", value))) if isinstance(value, list) else str(value)
     )
-
-
-def _first_line(text: str) -> str:
-    head, more, _ = text.partition("\n")
-    return f"{head} ..." if more else head
 
 
 def _rows(console: Console, rows: Sequence[tuple[Text, Text]], title: str = "") -> None:

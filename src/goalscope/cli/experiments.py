@@ -270,7 +270,8 @@ def _run(
 
     check_packages()
     specs = specs_of(plan, named_folder(data))
-    path = results_folder(results) / f"{plan.name}.db"
+    folder = results or Path(os.environ.get("GOALSCOPE_RESULTS") or "results")
+    path = folder / f"{plan.name}.db"
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
     except OSError as error:
@@ -293,7 +294,14 @@ def _run(
                     done, total = step.done, step.total
                     show(done, total)
                     if step.cell is None:
-                        print(_missing(done, total, path), file=sys.stderr, flush=True)
+                        cells = pluralize(total, "cell")
+                        told = (
+                            f"Nothing is missing: {path} has all {cells}."
+                            if done == total
+                            else f"Missing: {total - done:,} of {cells}. Results are saved in "
+                            f"{path} as they come, and the same command continues."
+                        )
+                        print(told, file=sys.stderr, flush=True)
                         kept.describe(
                             {"name": plan.name, "title": plan.title, "source": plan.source}
                         )
@@ -315,20 +323,6 @@ def _run(
             f"{len(failed)} of {pluralize(total, 'cell')} failed, for example: {failed[0]} "
             "The same command tries them again."
         )
-
-
-def _missing(done: int, total: int, path: Path) -> str:
-    if done == total:
-        return f"Nothing is missing: {path} has all {pluralize(total, 'cell')}."
-    return (
-        f"Missing: {total - done:,} of {pluralize(total, 'cell')}. Results are saved in "
-        f"{path} as they come, and the same command continues."
-    )
-
-
-def results_folder(given: Path | None) -> Path:
-    """The named folder, or that of the environment variable, or `results` here."""
-    return given or Path(os.environ.get("GOALSCOPE_RESULTS") or "results")
 
 
 def _model(

@@ -85,7 +85,10 @@ def fit(
     from goalscope.fitting.plan import Plan
     from goalscope.models.adapters import NO_ADAPTER, adapter_file, shipped
 
-    check_fit(model, learning_rate)
+    if model and model.startswith(("http://", "https://")):
+        raise InvalidInputError("A model on a server cannot be fitted. Name its folder or file.")
+    if not 0 < learning_rate < 1:
+        raise InvalidInputError(f"--learning-rate must be between 0 and 1, not {learning_rate}.")
     begin = None if start == NO_ADAPTER else adapter_file(start) if start else None
     if start is None and model is None:
         begin = shipped()
@@ -136,18 +139,6 @@ def fit(
         print(json.dumps(facts))
     else:
         _show(facts, out)
-
-
-def check_fit(model: str | None, learning_rate: float) -> None:
-    """Refuse a server's model, or a learning rate out of range, before anything is loaded.
-
-    Raises:
-        InvalidInputError: Says which.
-    """
-    if model and model.startswith(("http://", "https://")):
-        raise InvalidInputError("A model on a server cannot be fitted. Name its folder or file.")
-    if not 0 < learning_rate < 1:
-        raise InvalidInputError(f"--learning-rate must be between 0 and 1, not {learning_rate}.")
 
 
 def base_of(model: str | None) -> str:

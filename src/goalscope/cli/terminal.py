@@ -53,33 +53,25 @@ def progress(what: str) -> Generator[Callable[[int, int], None]]:
 
     If standard error is not a terminal, it prints a line now and then.
     """
-    from rich.progress import (
-        BarColumn,
-        MofNCompleteColumn,
-        Progress,
-        TextColumn,
-        TimeElapsedColumn,
-        TimeRemainingColumn,
-    )
+    from rich import progress as bars
 
     columns = (
-        TextColumn("{task.description}", markup=False),
-        BarColumn(),
-        MofNCompleteColumn(),
-        TimeElapsedColumn(),
-        TextColumn("left:"),
-        TimeRemainingColumn(),
+        bars.TextColumn("{task.description}", markup=False),
+        bars.BarColumn(),
+        bars.MofNCompleteColumn(),
+        bars.TimeElapsedColumn(),
+        bars.TextColumn("left:"),
+        bars.TimeRemainingColumn(),
     )
     out = console(stderr=True)
-    with Progress(
-        *columns, console=out, speed_estimate_period=600, disable=not out.is_terminal
-    ) as bar:
+    hidden = not out.is_terminal
+    with bars.Progress(*columns, console=out, speed_estimate_period=600, disable=hidden) as bar:
         task, last = bar.add_task(what, total=None), time.monotonic()
 
         def show(done: int, total: int) -> None:
             nonlocal last
             bar.update(task, completed=done, total=total)
-            if not out.is_terminal and done and time.monotonic() >= last + LINES:
+            if hidden and done and time.monotonic() >= last + LINES:
                 last = time.monotonic()
                 say(f"{what}: {done:,} of {total:,}", stderr=True)
 

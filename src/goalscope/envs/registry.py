@@ -22,6 +22,9 @@ BUILT_IN: tuple[BuiltIn, ...] = get_args(BuiltIn)
 
 SHOP, HOUSE = BUILT_IN
 
+Judged = Literal["outcome", "actions", "possible"]
+"""What an evaluator can see of a result."""
+
 View = Literal["basket", "map", "text"]
 """How the page shows a state: as a table of items, drawn from above, or as its text."""
 
@@ -87,11 +90,7 @@ class Domain:
     scenes: Callable[[], Sequence[str]] = lambda: ()
     notes: Callable[[Environment], Sequence[str]] = lambda _: ()
     replays: Callable[[DomainSettings], bool] = lambda _: False
-    judged: tuple[Literal["outcome", "actions", "possible"], ...] = (
-        "outcome",
-        "actions",
-        "possible",
-    )
+    judged: tuple[Judged, ...] = get_args(Judged)
     snapshot: Callable[[Environment], Any] | None = None
     draw: Callable[[Environment, Any, int | None], str] = lambda _, before, width: ""
     open_planner: Callable[[Any, int], Any] | None = None

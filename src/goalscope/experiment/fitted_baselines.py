@@ -225,7 +225,7 @@ def _regression(cases: Sequence[Case], penalty: float, said: Features, wanted: F
     table, own = wanted([*goals]), said(texts)
     blocks = [table[[goals[goal.text] for goal in case.goals]] for case in cases]
     cosines = [block @ row for block, row in zip(blocks, _dense(wanted(texts)), strict=True)]
-    truths = [_truth(case) for case in cases]
+    truths = [case.goals.index(case.true_goal) for case in cases]
     shape = own.shape[1], table.shape[1]
 
     def objective(parameters: Array) -> tuple[float, Array]:
@@ -278,10 +278,6 @@ def _pairs(cases: Sequence[Case]) -> list[tuple[str, str]]:
 
 def _goals(cases: Sequence[Case]) -> list[str]:
     return sorted({goal.text for case in cases for goal in case.goals})
-
-
-def _truth(case: Case) -> int:
-    return case.goals.index(case.true_goal)
 
 
 def _counter(**options: Any) -> Any:

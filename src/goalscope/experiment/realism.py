@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from typing import get_args
 
@@ -85,19 +85,6 @@ def simulated_talks(results: Results) -> list[Talk]:
     ]
 
 
-def real_talks(name: str, cases: Iterable[Case]) -> list[Talk]:
-    """What real people said whose goal is known."""
-    return [
-        Talk(
-            f"real: {name}",
-            case.group,
-            case.true_goal.text,
-            tuple(turn.utterance for turn in case.turns),
-        )
-        for case in cases
-    ]
-
-
 def nats_per_word(
     model: LikelihoodModel, cases: Sequence[Case], habit: Habit | None
 ) -> list[Record]:
@@ -136,12 +123,17 @@ def realism_table(simulated: Sequence[Talk], name: str, cases: Sequence[Case]) -
         name: Of the real ones.
         cases: What those said.
     """
-    talks = [*real_talks(name, cases), *simulated]
+    real = f"real: {name}"
+    talks = [
+        Talk(real, case.group, case.true_goal.text, tuple(turn.utterance for turn in case.turns))
+        for case in cases
+    ]
+    talks += simulated
     records = {
         kind: [each for talk in talks if talk.person == kind for each in _records(talk)]
         for kind in dict.fromkeys(talk.person for talk in talks)
     }
-    lengths = [each["words"] for each in records[talks[0].person]]
+    lengths = [each["words"] for each in records[real]]
     columns: tuple[Columns, ...] = (
         lambda found: {"people": len({each["group"] for each in found})},
         count("turns"),

@@ -104,6 +104,8 @@ def _section(results: Results, stem: str, taken: set[str], draw: bool) -> Sectio
         )
     source = about.get("source")
     done = [cell for cell in cells if cell.result is not None]
+    failed = Counter(cell.error for cell in cells if cell.result is None and cell.error)
+    errors = failed.most_common(SHOWN)
     codes = dict.fromkeys((cell.identity or {}).get("code", "") for cell in done)
     return Section(
         unique(slug(name), taken),
@@ -112,7 +114,7 @@ def _section(results: Results, stem: str, taken: set[str], draw: bool) -> Sectio
         tuple(figures_of(cells)) if draw else (),
         results.commands(cells),
         [*([f"source in the paper: {source}"] if source else []), *_facts(done)],
-        [*_warnings(cells)],
+        [*warnings_of(cells), *(f"{n} of them: {error}" for error, n in errors)],
         [*filter(None, codes)],
         len(done),
         len(cells),
@@ -174,13 +176,6 @@ def _facts(done: Sequence[Cell]) -> Iterator[str]:
         order = sorted(found, key=lambda key: (key not in ("version", "code", "prompts"), key))
         with_ = ", ".join(f"{key} {found[key]}" for key in order)
         yield f"measured with ({pluralize(n, 'cell')}): {with_}"
-
-
-def _warnings(cells: Sequence[Cell]) -> Iterator[str]:
-    yield from warnings_of(cells)
-    errors = Counter(cell.error for cell in cells if cell.result is None and cell.error)
-    for error, n in errors.most_common(SHOWN):
-        yield f"{n} of them: {error}"
 
 
 def _text(value: object) -> str:

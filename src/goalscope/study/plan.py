@@ -31,7 +31,6 @@ DID, LEFT = "It did this, in this order:", "The situation at the end:"
 
 
 Text = Annotated[str, Predicate(lambda text: bool(text.strip()))]
-Count = Annotated[int, Interval(ge=0, le=1_000_000)]
 
 
 @dataclass(frozen=True, slots=True)
@@ -74,7 +73,7 @@ class Plan:
     ratings_per_item: Annotated[int, Interval(ge=1, le=1_000_000)] = 5
     items_per_participant: Annotated[int, Interval(ge=1, le=200)] = 10
     min_explanation: Annotated[int, Interval(ge=0, le=500)] = 20
-    seed: Count = 0
+    seed: Annotated[int, Interval(ge=0, le=1_000_000)] = 0
 
     def __post_init__(self) -> None:
         """Refuse a name that cannot be a part of an address."""

@@ -236,7 +236,10 @@ class StudyStore:
             with self._store.writing() as connection:
                 unseen = _to(participant, place), ANSWERS.c.opened.is_(None)
                 connection.execute(ANSWERS.update().where(*unseen).values(opened=_now()))
-        return _read_item(row), _read_answer(row)
+        view: dict[str, Any] = json.loads(row.view)
+        view["possible"] = tuple(view["possible"])
+        view["transcript"] = tuple(Turn(**turn) for turn in view["transcript"])
+        return Item(**view), _read_answer(row)
 
     def answer(
         self, participant: Participant, place: int, rating: int, explanation: str, revision: int
@@ -366,13 +369,6 @@ def _answer(
 
 def _read_answer(row: Row[Any]) -> Answer:
     return Answer(**{field.name: getattr(row, field.name) for field in fields(Answer)})
-
-
-def _read_item(row: Row[Any]) -> Item:
-    view: dict[str, Any] = json.loads(row.view)
-    view["possible"] = tuple(view["possible"])
-    view["transcript"] = tuple(Turn(**turn) for turn in view["transcript"])
-    return Item(**view)
 
 
 def _read_study(row: Row[Any]) -> Study:

@@ -261,16 +261,12 @@ class Conversation:
         return future
 
     def _step(self, query: str, text: str, confirmed: str) -> None:
-        kept = None if confirmed else text  # a confirmation is not repeated unseen
         try:
             round = self._session.step(query, text, confirmed=confirmed)
-        except GoalscopeError as error:
-            self._update(error=str(error), utterance=kept)
-            return
-        except Exception:
-            log.exception("a round failed")
-            message = "Something went wrong, and nothing was changed. Try again."
-            self._update(error=message, utterance=kept)
+        except Exception as error:
+            message = _told(error, "Something went wrong, and nothing was changed. Try again.")
+            # A confirmation is not repeated unseen.
+            self._update(error=message, utterance=None if confirmed else text)
             return
         self._publish("round", lambda: RoundView.of(round))
         info = self._session.info
@@ -283,14 +279,11 @@ class Conversation:
     def _reopen(self, info: EpisodeInfo) -> None:
         try:
             self._opened = self._open(info)
-        except GoalscopeError as error:
-            self._update(error=str(error))
-            return
-        except Exception:
-            log.exception("an episode could not be opened")
-            self._update(error="This episode cannot be opened. Start a new one.")
-            return
-        self._ask()
+        except Exception as error:
+            message = _told(error, "This episode cannot be opened. Start a new one.")
+            self._update(error=message)
+        else:
+            self._ask()
 
     def _ask(self) -> None:
         try:
@@ -311,6 +304,14 @@ class Conversation:
                 event = kind, view()
                 for queue, loop in self._listeners.items():
                     loop.call_soon_threadsafe(queue.put_nowait, event)
+
+
+def _told(error: Exception, otherwise: str) -> str:
+    """What people are told of an error; one that nobody expected stands in the log."""
+    if isinstance(error, GoalscopeError):
+        return str(error)
+    log.error(otherwise, exc_info=error)
+    return otherwise
 
 
 class Conversations:

@@ -173,10 +173,8 @@ class RoomMap:
         at = px(self._robot["position"]["x"], self._robot["position"]["z"])
         turned = f"translate({at[0]:.1f} {at[1]:.1f}) rotate({self._robot['rotation']['y']:.1f})"
         _add(root, "path", {"class": "robot", "d": "M0 -13L9 10L0 5L-9 10Z", "transform": turned})
-        taken, places = (
-            [at],
-            [px(entry.box.center[0], entry.box.center[2]) for entry in self.entries],
-        )
+        taken = [at]
+        places = [px(entry.box.center[0], entry.box.center[2]) for entry in self.entries]
         edges = (left + RADIUS, top + RADIUS, right - RADIUS, bottom - RADIUS)
         for place in places:
             spot = _free(place, taken, edges)

@@ -424,7 +424,9 @@ def _teleport(
     agent = state.agent
     here = agent["position"]
     to = dict(here)
-    given = {"x": x, "y": y, "z": z} if position is None else _point(position)
+    given = {"x": x, "y": y, "z": z} if position is None else position
+    if not isinstance(cast("object", given), Mapping):
+        raise Failure(f"position must be {{x, y, z}}, not {shown(given)}", "InvalidArgument")
     for axis in "xyz":
         if given.get(axis) is not None:
             to[axis] = number(given[axis], f"position.{axis}")
@@ -521,12 +523,6 @@ QUERIES: Mapping[str, Callable[..., Any]] = {
     "GetInteractablePoses": _get_interactable_poses,
 }
 """Actions that only ask: the house is as before, and no time has passed."""
-
-
-def _point(value: Any) -> Mapping[str, Any]:
-    if not isinstance(value, Mapping):
-        raise Failure(f"position must be {{x, y, z}}, not {shown(value)}", "InvalidArgument")
-    return cast("Mapping[str, Any]", value)
 
 
 def _is_free(state: State, x: float, z: float) -> bool:

@@ -23,7 +23,7 @@ ACTIONS: Mapping[str, Callable[..., Any]] = {**ACTS, **MOTIONS, **QUERIES}
 """Every action of the house, by AI2-THOR's name."""
 
 SECONDS = 0.02
-"""What one action takes on the simulation's clock: one step of physics."""
+"""One step of physics: what one action takes; fixed, so that the same actions lead to the same."""
 
 _FOR_THE_ENGINE = frozenset(
     {"action", "agentId", "sequenceId", "forceAction",
@@ -241,9 +241,6 @@ RAISED = ("InvalidAction", "MissingArguments", "InvalidArgument")
 PATIENCE = 60.0
 """Seconds that Unity may take for one step."""
 
-PHYSICS_STEP = 0.02
-"""Seconds of one step of physics: a fixed one, so that the same actions lead to the same state."""
-
 
 class Controller(Protocol):
     """What the robot needs of a controller: AI2-THOR's own has it, and `HouseController`."""
@@ -357,7 +354,7 @@ def start_thor(scene: str, unity: str | None = None) -> Controller:
         return thor.Controller(
             scene=scene,
             server_timeout=PATIENCE,
-            fixedDeltaTime=PHYSICS_STEP,
+            fixedDeltaTime=SECONDS,
             snapToGrid=False,
             **options,
         )
