@@ -3,9 +3,8 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Sequence
 from dataclasses import asdict
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
@@ -15,7 +14,6 @@ from goalscope.cli.options import Json, StoreFile
 from goalscope.cli.terminal import console, say
 
 if TYPE_CHECKING:
-    from goalscope.agent.round import Round
     from goalscope.base.types import Goal
     from goalscope.belief.belief import Belief
     from goalscope.storage.store import EpisodeInfo, Store
@@ -58,14 +56,18 @@ def replay(id: Episode, store: StoreFile = None, as_json: Json = False) -> None:
     no-inference has no evidence (inferred is false): its log_prior holds the model's order.
     """
     from goalscope.cli.display import show_header, show_round, show_summary
-    from goalscope.storage.store import Store
+    from goalscope.storage.store import Store, round_to_json
 
     with Store.open(store, new=False) as opened:
         info = opened.episode(id)
         rounds = opened.rounds(info.id)
         corrections = _later_corrections(opened, info)
     if as_json:
-        print(json.dumps(_episode_json(info, rounds)))
+        rows = [json.loads(round_to_json(round)) for round in rounds]
+        for row, round in zip(rows, rounds, strict=True):
+            if round.belief.inferred:
+                row["belief"]["probability"] = round.belief.probability.tolist()
+        print(json.dumps({**asdict(info), "model": model_shown(info.model), "rounds": rows}))
         return
     out = console()
     show_header(out, info)
@@ -127,19 +129,6 @@ def why(
         show_reasons(console(), chosen, found, pinned=belief.pinned)
     if corrections:
         say(corrections, stderr=True)
-
-
-def _episode_json(info: EpisodeInfo, rounds: Sequence[Round]) -> dict[str, Any]:
-    """An episode and its rounds, with the probabilities of each belief."""
-    from goalscope.storage.store import round_to_json
-
-    rows: list[dict[str, Any]] = []
-    for round in rounds:
-        row = json.loads(round_to_json(round))
-        if round.belief.inferred:
-            row["belief"]["probability"] = round.belief.probability.tolist()
-        rows.append(row)
-    return {**asdict(info), "model": model_shown(info.model), "rounds": rows}
 
 
 def _later_corrections(store: Store, info: EpisodeInfo) -> str:
