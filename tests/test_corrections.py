@@ -14,6 +14,7 @@ from hypothesis import strategies as st
 from fakes import LampRoom, WordModel
 from goalscope.agent.agent import Agent
 from goalscope.base.types import UNSPECIFIED, Goal, GoalChange, InvalidInputError
+from goalscope.belief.advice import advice
 from goalscope.belief.belief import PINNED, Belief
 from goalscope.belief.calibration import DEFAULT, PAPER
 from goalscope.belief.likelihood import RolePlay
@@ -81,13 +82,12 @@ def test_later_words_count_from_there(table, row) -> None:
 @given(st.lists(nats, min_size=1, max_size=4), st.integers(0, 3))
 def test_words_that_are_left_out_count_as_words_that_say_nothing(table, turn) -> None:
     turn %= len(table)
-    pinned = tuple((when, A if when % 2 else B) for when in range(len(table) + 1))
-    less = replace(belief_of(table), pinned=pinned).without(turn)
+    pin = len(table) // 2
+    less = replace(belief_of(table), pinned=((pin, B),)).without(turn)
     expected = belief_of([])
-    for when in range(len(table) + 1):
-        expected = expected.pin(A if when % 2 else B)
-        if when < len(table):
-            expected = expected.observe([0.0] * 4 if when == turn else table[when])
+    for when in range(len(table)):
+        expected = expected.pin(B) if when == pin else expected
+        expected = expected.observe([0.0] * 4 if when == turn else table[when])
     assert less.pinned == expected.pinned
     assert less.probability == pytest.approx(expected.probability, abs=1e-9)
 
@@ -228,16 +228,57 @@ class Condemns(WordModel):
         ]
 
 
+@pytest.mark.parametrize("between", [0, 1, 3])
+@pytest.mark.parametrize("goals", ["ab", "aba", "abcb"])
+def test_the_newest_confirmation_takes_the_place_of_those_before(between, goals) -> None:
+    tracker = GoalTracker(WordModel(), goals=["a", "b", "c"])
+    for goal in goals:
+        tracker.pin(goal)
+        for _ in range(between):
+            tracker.observe("And?", "well")
+    assert [goal.text for _, goal in tracker.belief.pinned] == [goals[-1]]
+    alone = GoalTracker(WordModel(), goals=["a", "b", "c"])
+    for number, goal in enumerate(goals, 1):
+        if number == len(goals):
+            alone.pin(goal)
+        for _ in range(between):
+            alone.observe("And?", "well")
+    assert tracker.belief.probability == pytest.approx(alone.belief.probability)
+    assert GoalTracker.from_json(tracker.to_json(), WordModel()).belief.pinned == (
+        tracker.belief.pinned
+    )
+
+
+def test_a_goal_that_was_confirmed_before_another_is_not_acted_on_once_that_is_ruled_out() -> None:
+    tracker = GoalTracker(WordModel(), goals=["cook Italian food", "cook Chinese food"])
+    tracker.pin("cook Italian food")
+    tracker.pin("cook Chinese food")
+    assert advice(tracker) == "act"
+    tracker.veto("cook Chinese food")
+    assert (advice(tracker), tracker.belief.pinned) == ("ask", ())
+
+
+def test_a_veto_is_a_correction() -> None:
+    one, other = (GoalTracker(WordModel(), goals=["make tea", "eat", "read"]) for _ in range(2))
+    assert one.veto("Eat.") is one.belief
+    assert one.pin("make tea") is one.belief
+    for told in (("veto", "eat"), ("pin", "make tea")):
+        other.correct(*told)
+    assert one.to_json() == other.to_json()
+    with pytest.raises(InvalidInputError, match="no goal 'dance' to correct; known are"):
+        one.veto("dance")
+
+
 def test_a_confirmed_goal_may_seem_irrelevant_but_not_be_unsafe() -> None:
     helps = Goal("helps")
-    for confirmed in (False, True):
+    for confirmed in ((), (helps,), (TEA,)):
         agent = begun(Condemns(REPLIES))
         assert agent.tracker is not None
-        agent.tracker.add([helps])
-        for goal in (helps, TEA) if confirmed else ():
+        agent.tracker.add([helps][: confirmed != (TEA,)])
+        for goal in confirmed:
             agent.correct("pin", goal)
         round = agent.step("And?", "light please")
-        assert (helps in agent.belief.goals) == confirmed
+        assert (helps in agent.belief.goals) == (confirmed == (helps,))
     assert TEA not in agent.belief.goals
     (removed,) = (change for change in round.changes if change.kind == "removed")
     assert (removed.goal, removed.final) == (TEA, True)

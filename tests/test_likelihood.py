@@ -135,15 +135,42 @@ def test_wrong_arguments_of_a_tracker_are_refused(given: Any, message: str) -> N
 
 
 def test_goals_that_mean_the_same_are_one() -> None:
-    tracker = GoalTracker(WordModel(), goals=["bake cake", "Bake  cake."])
-    assert tracker.belief.goals == (UNSPECIFIED, CAKE)
+    tracker = GoalTracker(WordModel(), goals=["bake cake"])
     belief = tracker.observe("Yes?", "soup")
     assert tracker.add([" BAKE cake!", "unspecified"]) is belief
-    assert tracker.add(["cook soup", "Cook soup"]).goals == (UNSPECIFIED, CAKE, SOUP)
+    assert tracker.add(["Cook soup"]).goals == (UNSPECIFIED, CAKE, Goal("Cook soup"))
     assert tracker.drop(["COOK SOUP"]).goals == (UNSPECIFIED, CAKE)
     assert tracker.pin("Bake cake").pinned == ((1, CAKE),)
     other = GoalTracker(WordModel(), goals=["unspecified", "tea"], include_unspecified=False)
     assert other.belief.goals == (UNSPECIFIED, Goal("tea"))
+
+
+@pytest.mark.parametrize(
+    ("goals", "cause"),
+    [
+        ([], r"goals is empty. Name at least one, or leave goals out"),
+        ((), "goals is empty"),
+        (iter(()), "goals is empty"),
+        (["a", "a"], "'a' stands twice among the goals. Leave one out."),
+        ([CAKE, SOUP, CAKE], "'bake cake' stands twice"),
+        (["bake cake", "soup", " Bake  cake."], "'Bake  cake.' is the same as 'bake cake'"),
+        (["don't eat", "don\u2019t eat"], "is the same as"),
+    ],
+)
+def test_no_goals_and_the_same_goal_twice_are_refused(goals, cause) -> None:
+    with pytest.raises(InvalidInputError, match=cause):
+        GoalTracker(WordModel(), goals=goals)
+
+
+def test_a_tracker_can_begin_without_goals_and_get_them_later() -> None:
+    tracker = GoalTracker(WordModel())
+    assert tracker.observe("", "cake").goals == (UNSPECIFIED,)
+    assert tracker.add([]) is tracker.belief
+    before = tracker.belief
+    for change in (tracker.add, tracker.drop):
+        with pytest.raises(InvalidInputError, match="is the same as"):
+            change(["tea", "Tea!"])
+    assert tracker.belief is before
 
 
 @pytest.mark.parametrize(

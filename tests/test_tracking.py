@@ -201,7 +201,15 @@ def test_there_is_no_session_but_those_of_the_trackers(id: str, kitchen: Kitchen
 
 @pytest.mark.parametrize(
     "goals",
-    [[""], [" "], ["\ud800"], ["x" * 501], [f"goal {n}" for n in range(201)], ["unspecified"]],
+    [
+        ["tea", "Tea!"],
+        [""],
+        [" "],
+        ["\ud800"],
+        ["x" * 501],
+        [f"goal {n}" for n in range(201)],
+        ["unspecified"],
+    ],
 )
 def test_goals_that_cannot_be_used_are_refused(
     id: str, trackers: Trackers, goals: list[str]

@@ -92,6 +92,32 @@ def test_a_belief_is_kept_corrected_and_explained(ask: Ask) -> None:
     assert "This session is closed." in ask("observe", session=id, utterance="soup")
 
 
+def test_one_goal_at_most_is_shown_as_confirmed(ask: Ask) -> None:
+    id = ask("open_session", task=TASK, goals=GOALS)["id"]
+    for said in ("Well.", "Hm."):
+        for goal in (*GOALS, "make tea"):
+            told = ask("correct", session=id, kind="pin", goal=goal)
+            goals = told["belief"]["goals"]
+            assert [each["text"] for each in goals if each["pinned"]] == [goal]
+            assert told["in_words"].startswith(f"I think this is what you want: {goal} (99%)")
+        ask("observe", session=id, utterance=said)
+    told = ask("correct", session=id, kind="veto", goal="make tea")
+    assert told["advice"] == "ask"
+    assert not any(each["pinned"] for each in told["belief"]["goals"])
+
+
+def test_a_session_without_goals_says_so_until_it_has_some(ask: Ask) -> None:
+    for given in ({}, {"goals": []}):
+        told = ask("open_session", task=TASK, **given)
+        assert told["notes"] == ["There is no goal yet, so nothing can be inferred. Add some."]
+        id = told["id"]
+        assert ask("observe", session=id, utterance=SAID)["notes"] == told["notes"]
+        assert "Name at least one" in ask("add_goals", session=id, goals=[])
+        assert ask("add_goals", session=id, goals=GOALS)["notes"] == []
+    assert ask("open_session", task=TASK, goals=[], propose=True)["notes"] == []
+    assert ask("close_session", session=ask("open_session", task=TASK)["id"])["notes"] == []
+
+
 def test_sessions_are_listed_and_deleted(ask: Ask) -> None:
     ids = [ask("open_session", task=TASK)["id"] for _ in range(3)]
     ask("observe", session=ids[1], utterance=SAID)
@@ -114,6 +140,9 @@ def test_an_error_is_a_sentence(ask: Ask) -> None:
         ("The utterance is empty.", "observe", {"session": id, "utterance": " "}),
         ("with different words", "observe", {"session": id, "utterance": "no", "turn": 1}),
         ("The next turn is 2", "observe", {"session": id, "utterance": "no", "turn": 3}),
+        ("'tea' stands twice", "open_session", {"task": TASK, "goals": ["tea", "tea"]}),
+        ("'Tea.' is the same as 'tea'.", "add_goals", {"session": id, "goals": ["tea", "Tea."]}),
+        ("There is no field 'utterence'. It takes ", "observe", {"session": id, "utterence": "no"}),
         ("at most 200", "add_goals", {"session": id, "goals": [str(n) for n in range(199)]}),
         ("The new wording is empty.", "correct",
          {"session": id, "kind": "reword", "goal": GOALS[0]}),

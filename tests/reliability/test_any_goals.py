@@ -14,7 +14,7 @@ LONG = " ".join(
 GOALS = {
     "one word": ["refund", "delivery", "warranty"],
     "labels": ["report_lost_card", "OPEN_ACCOUNT", "update-address"],
-    "punctuation": ["?", "...", "1"],
+    "punctuation": ["?", "1", "2."],
     "a word apart": [f"book a table for {n} people" for n in range(2, 22)],
     "other languages": ["ein Konto eröffnen", "カードを止める", "заблокировать карту"],
     "same meaning": ["block a card", "have a card blocked", "close an account"],

@@ -175,8 +175,10 @@ def test_a_copy_of_a_goal_is_that_goal(table, goal: Goal, calibration) -> None:
     assert belief.add([new, new], lambda _: belief.log_likelihood[:, :1]).goals == (*FIVE, new)
     merged = Belief.uniform([*FIVE, goal, *FIVE], calibration)
     assert merged.goals == belief.goals
-    tracker = GoalTracker(WordModel(), goals=[each.text for each in [*FIVE[1:], goal]])
-    assert tracker.belief.goals == belief.goals
+    tracker = GoalTracker(WordModel(), goals=FIVE[1:])
+    assert tracker.add([goal.text]).goals == belief.goals
+    with pytest.raises(InvalidInputError, match="stands twice"):
+        GoalTracker(WordModel(), goals=[*FIVE[1:], goal])
 
 
 @given(tables, st.integers(1, 4))

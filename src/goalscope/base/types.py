@@ -112,17 +112,23 @@ def distinct(goals: Iterable[Goal], known: Iterable[Goal] = (UNSPECIFIED,)) -> l
     )
 
 
-def goals_of(goals: Iterable[str | Goal]) -> list[Goal]:
-    """The goals of a list of texts or goals.
+def goals_of(goals: Iterable[str | Goal], longest: int | None = None) -> list[Goal]:
+    """The goals of a list of texts or goals, each of at most so many characters.
 
     Raises:
-        InvalidInputError: It is a single text, or a goal is empty or broken.
+        InvalidInputError: It is a single text, a goal is empty, broken or too long, or two are the
+            same by `canonical`.
     """
     if isinstance(goals, str):  # an iterable of texts, too
         raise InvalidInputError(f"goals must be a list of texts, not {goals!r}")
-    return [
-        Goal(checked_text(goal.text if isinstance(goal, Goal) else goal, "goal")) for goal in goals
-    ]
+    found: dict[str, str] = {}
+    for number, goal in enumerate(goals, 1):
+        text = checked_text(goal.text if isinstance(goal, Goal) else goal, "goal", longest)
+        same = found.setdefault(canonical(text), text)
+        if len(found) < number:
+            how = "stands twice among the goals" if same == text else f"is the same as {same!r}"
+            raise InvalidInputError(f"{text!r} {how}. Leave one out.")
+    return [Goal(text) for text in found.values()]
 
 
 @dataclass(frozen=True, slots=True)

@@ -38,9 +38,9 @@ class Belief:
             calibration has a `prior_unspecified`.
         log_likelihood: [T, G] in nats, log P(u_t | g, q_t, transcript before t).
         calibration: Turns log-evidence into probabilities.
-        pinned: Goals that the person confirmed, as pairs (number of turns before, goal). At that
-            point the goal has a probability of at least `PINNED`; later turns move the belief on
-            from there, as a person can still change their mind.
+        pinned: The goal that the person confirmed last, as a pair (number of turns before, goal);
+            empty if there is none. At that point it has a probability of at least `PINNED`; later
+            turns move the belief on from there, as a person can still change their mind.
         weights: Weights of the turns whose evidence does not fully count, as pairs (turn from 0,
             weight from 0 to 1).
         ruled_out: Goals that the person rejected or reworded. They are not proposed again.
@@ -288,12 +288,11 @@ class Belief:
         )
 
     def pin(self, goal: Goal) -> Belief:
-        """Record that the person confirmed a goal of the belief; see `pinned`."""
+        """Record that the person confirmed a goal of the belief, in place of one before it."""
         free = tuple(
             each for each in self.ruled_out if canonical(each.text) != canonical(goal.text)
         )
-        when = len(self.log_likelihood)
-        return replace(self, pinned=(*self.pinned, (when, goal)), ruled_out=free)
+        return replace(self, pinned=((len(self.log_likelihood), goal),), ruled_out=free)
 
     def rule_out(self, goal: Goal) -> Belief:
         """Remove a goal that the person rejected; see `ruled_out`."""

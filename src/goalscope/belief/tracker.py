@@ -62,14 +62,14 @@ class GoalTracker:
     Args:
         model: Scores the words; by default the embedded model.
         task: The assistant's task, in a sentence.
-        goals: Goals to start with, besides `UNSPECIFIED`.
+        goals: Goals to start with, besides `UNSPECIFIED`; None if they are to be added later.
         include_unspecified: Whether "no stated goal" is one of the hypotheses.
         likelihood: Evidence of a turn; by default the role-play likelihood of `model`.
         calibration: A `Calibration`, its name ("paper", "default") or a file of
             `goalscope calibrate`; None for that of the likelihood.
 
     Raises:
-        InvalidInputError: An argument cannot be used.
+        InvalidInputError: An argument cannot be used, such as goals that are none or repeated.
         ModelError: The embedded model cannot be opened.
     """
 
@@ -78,7 +78,7 @@ class GoalTracker:
         model: LikelihoodModel | None = None,
         *,
         task: str = "Help the human with what they want.",
-        goals: Iterable[str | Goal] = (),
+        goals: Iterable[str | Goal] | None = None,
         include_unspecified: bool = True,
         likelihood: Likelihood | None = None,
         calibration: Calibration | str | None = None,
@@ -92,14 +92,24 @@ class GoalTracker:
             raise InvalidInputError(f"The likelihood {likelihood!r} cannot be used: {wrong}.")
         self.task = checked_text(task, "task")
         support = [UNSPECIFIED] if include_unspecified else []
-        given = distinct([*support, *goals_of(goals)])
-        named = None if calibration is None else _calibration(calibration)
+        given = goals_of(() if goals is None else goals)
+        if not given and goals is not None:
+            raise InvalidInputError(
+                "goals is empty. Name at least one, or leave goals out and add them later."
+            )
+        named = calibration_named(calibration) if isinstance(calibration, str) else calibration
+        if not isinstance(cast("object", named), Calibration | None):
+            raise InvalidInputError(
+                f"calibration must be a Calibration, or one of {', '.join(NAMED)}, not {named!r}."
+            )
         self.likelihood = likelihood or RolePlay(
             model or embedded_scorer(), similarity=named.similarity if named else None
         )
         self._busy = RLock()
         self.turns: list[Turn] = []
-        self.belief = Belief.uniform(given, named or calibration_of(self.likelihood))
+        self.belief = Belief.uniform(
+            distinct([*support, *given]), named or calibration_of(self.likelihood)
+        )
 
     def __getstate__(self) -> dict[str, Any]:
         """All but the lock; a copy gets its own."""
@@ -142,8 +152,8 @@ class GoalTracker:
         A goal that is there already, apart from case, spaces and the final mark, is skipped.
 
         Raises:
-            InvalidInputError: A goal is empty, broken or too long for the model, or the person has
-                ruled it out.
+            InvalidInputError: A goal is empty, broken, too long for the model or named twice, or
+                the person has ruled it out.
         """
         added = [goal for goal in self._known(goals) if goal not in self.belief.goals]
         out = {canonical(goal.text) for goal in self.belief.ruled_out}
@@ -200,15 +210,14 @@ class GoalTracker:
 
     @_synchronized
     def pin(self, goal: str | Goal) -> Belief:
-        """Record that the person confirmed a goal, perhaps a new one; see `Belief.pinned`.
+        """Record that the person confirmed a goal, perhaps a new one; see `correct`."""
+        self.correct("pin", goal)
+        return self.belief
 
-        Raises:
-            InvalidInputError: The goal is empty or broken, or `UNSPECIFIED`.
-        """
-        (pinned,) = self._known([goal])
-        if pinned == UNSPECIFIED:
-            raise InvalidInputError(f"{UNSPECIFIED.text!r} is no goal that could be confirmed.")
-        self.belief = self._add([pinned]).pin(pinned)
+    @_synchronized
+    def veto(self, goal: str | Goal) -> Belief:
+        """Record that the person ruled out a goal; see `correct`."""
+        self.correct("veto", goal)
         return self.belief
 
     @_synchronized
@@ -218,9 +227,10 @@ class GoalTracker:
         Repeating a correction changes nothing.
 
         Args:
-            correction: "pin" confirms the goal, perhaps a new one. "veto" rules it out; it comes
-                back only if it is pinned (see `Belief.ruled_out`). "reword" replaces it by the
-                same goal in other words.
+            correction: "pin" confirms the goal, perhaps a new one, in place of one that was
+                confirmed before (see `Belief.pinned`). "veto" rules it out; it comes back only if
+                it is pinned (see `Belief.ruled_out`). "reword" replaces it by the same goal in
+                other words, and pins them.
             goal: The goal.
             text: The new words, for "reword".
 
@@ -252,7 +262,7 @@ class GoalTracker:
         if correction != "veto":
             if kept not in self.belief.goals:
                 changes.append(GoalChange("added", kept, "you named it", source="person"))
-            self.pin(kept)
+            self.belief = self._add([kept]).pin(kept)
             changes.append(GoalChange("pinned", kept, "you confirmed it"))
         if correction == "veto" or (correction == "reword" and changes[-1].goal != named):
             self._among(self.belief.rule_out(named))
@@ -300,6 +310,8 @@ class GoalTracker:
                 for query, utterance in data["turns"]
             ]
             task = data["task"]
+            if len(turns) != len(belief.log_likelihood):
+                raise ValueError(f"{len(turns)} turns, a belief over {len(belief.log_likelihood)}")
         except (ValueError, KeyError, TypeError, AttributeError, RecursionError) as error:
             raise InvalidInputError(
                 f"This is not what GoalTracker.to_json wrote ({type(error).__name__}: {error})."
@@ -311,11 +323,6 @@ class GoalTracker:
             raise InvalidInputError(
                 f"This tracker was saved with the model {saved}, and here is {here}. Give the one "
                 "that it had, or let a new tracker observe its turns."
-            )
-        if len(turns) != len(belief.log_likelihood):
-            raise InvalidInputError(
-                f"This is not what GoalTracker.to_json wrote ({len(turns)} turns, and a belief "
-                f"over {len(belief.log_likelihood)})."
             )
         tracker.restore(belief, turns)
         return tracker
@@ -351,13 +358,3 @@ class GoalTracker:
             turns: The turns that it was over.
         """
         self.belief, self.turns = belief, [*turns]
-
-
-def _calibration(given: object) -> Calibration:
-    if isinstance(given, Calibration):
-        return given
-    if isinstance(given, str):
-        return calibration_named(given)
-    raise InvalidInputError(
-        f"calibration must be a Calibration, or one of {', '.join(NAMED)}, not {given!r}."
-    )

@@ -22,6 +22,7 @@ from goalscope.base.types import (
     canonical,
     checked_text,
     distinct,
+    goals_of,
 )
 from goalscope.datasets.files import Row, line_rows
 
@@ -222,7 +223,10 @@ def write_cases(cases: Iterable[Case], file: Path) -> None:
 def _case(row: Row, *, labelled: bool) -> Case:
     line, label = validated(row.values, _Line, row.label, ignore_extra=True), row.label
     turns = tuple(Turn(turn.query, turn.utterance) for turn in line.turns)
-    goals = tuple(distinct(map(Goal, line.goals)))
+    try:
+        goals = tuple(goals_of(line.goals) if labelled else distinct(map(Goal, line.goals)))
+    except InvalidInputError as error:
+        raise InvalidInputError(f"{label}: {error}") from None
     if UNSPECIFIED in goals:
         raise InvalidInputError(
             f'{label}: the goal "Unspecified" always counts besides; leave it out.'
@@ -243,24 +247,19 @@ def _case(row: Row, *, labelled: bool) -> Case:
 def _truths(line: _Line, goals: tuple[Goal, ...], label: str) -> tuple[int | None, ...]:
     """The index of the true goal, or one for each turn."""
     if not isinstance(line.true, tuple):
-        return (_truth(line, line.true, goals, label),)
+        return (_truth(line.true, goals, label),)
     if len(line.true) != len(line.turns):
         raise InvalidInputError(
             f'{label}: "true" is a list of {len(line.true)} for {len(line.turns)} turns; expected '
             "one for each turn."
         )
-    return tuple(None if each is None else _truth(line, each, goals, label) for each in line.true)
+    return tuple(None if each is None else _truth(each, goals, label) for each in line.true)
 
 
-def _truth(line: _Line, goal: str | int | None, goals: tuple[Goal, ...], label: str) -> int:
+def _truth(goal: str | int | None, goals: tuple[Goal, ...], label: str) -> int:
     """The index of a true goal."""
-    if len(line.goals) < 2:
+    if len(goals) < 2:
         raise InvalidInputError(f"{label}: there is one goal; expected at least two.")
-    if len(goals) < len(line.goals):
-        raise InvalidInputError(
-            f"{label}: two of the goals are the same, or differ only in case or final punctuation. "
-            "Leave out one."
-        )
     texts = [goal.text for goal in goals]
     if isinstance(goal, int) and 0 <= goal < len(texts):
         return goal

@@ -103,7 +103,7 @@ class Trackers:
     Threads may share it; calls that need the model run one at a time, and reading waits for none.
 
     All methods raise `InvalidInputError` if there is no such session or goal, if a text is empty,
-    broken or too long, or if the goals are too many. Those that change a session raise
+    broken or too long, or if the goals are too many or repeated. Those that change a session raise
     `ConflictError` if it is closed, belongs to another model, or was changed elsewhere meanwhile.
 
     Args:
@@ -139,7 +139,7 @@ class Trackers:
         task = checked_text(task, "task", MAX_TEXT)
         with self._lock:
             model = self._model()
-            given = goals_of(goals)
+            given = goals_of(goals, MAX_GOAL)
             proposes = DEFAULT if propose and not given else None
             likelihood = likelihood_for(settings, model, proposes)
             tracker = GoalTracker(
@@ -215,11 +215,12 @@ class Trackers:
             return replace(session, rounds=(*rounds, round))
 
     def add(self, id: str, goals: Iterable[str | Goal]) -> Tracked:
-        """Add goals; those that are there already change nothing."""
-        goals = goals_of(goals)
+        """Add at least one goal; those that are there already change nothing."""
+        if not (given := goals_of(goals, MAX_GOAL)):
+            raise InvalidInputError("goals is empty. Name at least one to add.")
 
         def change(tracker: GoalTracker) -> list[GoalChange]:
-            new = _new(tracker.belief, goals)
+            new = _new(tracker.belief, given)
             tracker.add(new)
             return [GoalChange("added", goal, "it was given", source="program") for goal in new]
 
@@ -227,9 +228,9 @@ class Trackers:
 
     def correct(self, id: str, correction: Correction, goal: str | Goal, text: str = "") -> Tracked:
         """See `GoalTracker.correct`."""
-        (named,) = _checked([goal])
+        (named,) = goals_of([goal], MAX_GOAL)
         if text:
-            _checked([text])
+            goals_of([text], MAX_GOAL)
 
         def change(tracker: GoalTracker) -> list[GoalChange]:
             changes = tracker.correct(correction, named, text)
@@ -243,9 +244,7 @@ class Trackers:
         """What each utterance says for a goal, the likeliest one if none is named."""
         session = self.read(id)
         belief = session.belief
-        named = belief.top(1)[0][0]
-        if goal:
-            (named,) = distinct(goals_of([goal]), belief.goals)
+        (named,) = distinct(goals_of([goal or belief.top(1)[0][0]]), belief.goals)
         return named, reasons(belief, session.turns, named)
 
     def close(self, id: str) -> Tracked:
@@ -324,16 +323,12 @@ def _manage(
     return changes
 
 
-def _new(belief: Belief, goals: Iterable[str | Goal]) -> list[Goal]:
+def _new(belief: Belief, goals: Iterable[Goal]) -> list[Goal]:
     """Those goals that the belief does not hold yet."""
-    asked = distinct(_checked(goals), belief.goals)
+    asked = distinct(goals, belief.goals)
     if UNSPECIFIED in asked:
         raise InvalidInputError(f"{UNSPECIFIED.text!r} is always among the goals. Leave it out.")
     found = [goal for goal in asked if goal not in belief.goals]
     if len(belief.goals) + len(found) > MAX_GOALS + 1:
         raise InvalidInputError(TOO_MANY)
     return found
-
-
-def _checked(goals: Iterable[str | Goal]) -> list[Goal]:
-    return [Goal(checked_text(goal.text, "goal", MAX_GOAL)) for goal in goals_of(goals)]

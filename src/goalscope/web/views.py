@@ -51,7 +51,7 @@ def explained(faults: Any, body: type[BaseModel]) -> str:
 
 
 class GoalView(BaseModel):
-    """A goal with its probability; `pinned` if the person has confirmed it."""
+    """A goal with its probability; `pinned` if it is the one that the person confirmed last."""
 
     text: str
     probability: float
@@ -268,6 +268,8 @@ class TrackerView(BaseModel):
         closed = tracked.info.ended is not None
         advice, because = (None, None) if closed else tracked.advised
         belief, notes = BeliefView.of(tracked.belief), list(tracked.last.notes)
+        if len(belief.goals) == 1 and not (closed or tracked.info.settings[TRACKING]):
+            notes.append("There is no goal yet, so nothing can be inferred. Add some.")
         if top is not None and (count := len(belief.goals)) > top:
             notes.append(f"Of {count} goals, the {top} likeliest are shown.")
             belief.goals = belief.goals[:top]
