@@ -51,8 +51,8 @@ def belief_of(table, calibration: Calibration = PAPER) -> Belief:
         ),
         (
             [-1, -2, -3, -3],
-            "I am not sure what you want. Perhaps this: bake cake (22%), mostly because you said "
-            '"Cake, cupcakes". It could also be: something else (61%) or cook soup (8%).',
+            "I am not sure what you want. Perhaps this: bake cake (22%). "
+            "It could also be: something else (61%) or cook soup (8%).",
         ),
         (
             [-99, -1, -99, -99],
@@ -72,6 +72,16 @@ def test_what_is_told_in_words_names_the_likeliest_goal_once(table) -> None:
     told = in_words(belief, [Turn("And?", "Yes. " * 99)] * len(table))
     stated = [goal.text for goal, p in belief.top()[:3] if goal != UNSPECIFIED and p >= 0.05]
     assert [told.count(text) for text in stated] == [1] * len(stated)
+
+
+@pytest.mark.parametrize(("spoken", "told"), [(1.0, False), (1.09, False), (1.11, True)])
+def test_only_words_that_a_goal_makes_three_times_as_likely_are_told_as_a_reason(
+    spoken: float, told: bool
+) -> None:
+    table = [[-9, -9 + spoken, -9, -9], [-9, -9 + spoken / 2, -9, -9]] * 4
+    turns = [Turn("", "hi"), Turn("Yes?", "ok")] * 4
+    assert ('you said "hi"' in in_words(belief_of(table), turns)) == told
+    assert 'you said "ok"' not in in_words(belief_of(table), turns)
 
 
 def test_what_is_not_to_be_acted_on_is_told_as_unsure_however_probable() -> None:
@@ -237,12 +247,12 @@ def test_why_tells_what_was_confirmed_and_when(store_file) -> None:
         id = store.begin(**EPISODE)
         store.append(id, a_round(1, belief=belief, turn=Turn("Yes?", "Toast")))
     told = json.loads(run("why", id, "--json").stdout)
-    after = [{"goal": toast.text, "turn": 0}, {"goal": tea.text, "turn": 1}]
-    assert (told["goal"], told["confirmed"]) == (tea.text, after)
+    assert (told["goal"], told["confirmed"]) == (tea.text, [{"goal": tea.text, "turn": 1}])
     text = run("why", id).stdout
-    assert 'You confirmed "make toast" at the start.' in text
     assert "You confirmed it after turn 1." in text
-    assert "You confirmed it at the start." in run("why", id, "--goal", toast.text).stdout
+    assert "make toast" not in text
+    other = run("why", id, "--goal", toast.text).stdout
+    assert 'You confirmed "Make tea" after turn 1.' in other
 
 
 def test_what_why_cannot_tell_is_said_in_one_line(kept, store_file) -> None:

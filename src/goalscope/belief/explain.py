@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
@@ -24,6 +25,8 @@ _WORTH_TELLING = 0.05
 """Least probability of a goal that `in_words` names."""
 _LIKELY = 0.5
 """Probability from which `in_words` says that the person wants a goal."""
+_SPEAKS = math.log(3)
+"""Least evidence of words that `in_words` gives as the reason, in nats; a greeting has up to 1."""
 _LONGEST = 80
 """Most characters of a goal or an utterance in `in_words`."""
 
@@ -97,8 +100,8 @@ def in_words(belief: Belief, turns: Sequence[Turn], *, doubted: bool = False) ->
     if not stated:
         return "I do not know yet what you want."
     goal, probability = stated[0]
-    told = f"{_named(goal)} ({_percent(probability)}){_because(belief, turns, goal)}"
-    rest = [f"{_named(other)} ({_percent(p)})" for other, p in ranked if other != goal]
+    told = f"{_told(goal, probability)}{_because(belief, turns, goal)}"
+    rest = [_told(other, p) for other, p in ranked if other != goal]
     if doubted or ranked[0][0] != goal or probability < _LIKELY:
         lead = "I am not sure what you want. Perhaps this"
     else:
@@ -106,23 +109,20 @@ def in_words(belief: Belief, turns: Sequence[Turn], *, doubted: bool = False) ->
     return f"{lead}: {told}." + (f" It could also be: {' or '.join(rest)}." if rest else "")
 
 
-def _named(goal: Goal) -> str:
-    return "something else" if goal == UNSPECIFIED else _cut(goal.text.rstrip(" ."))
-
-
-def _percent(probability: float) -> str:
-    return f"{min(probability, 0.99):.0%}"
+def _told(goal: Goal, probability: float) -> str:
+    name = "something else" if goal == UNSPECIFIED else _cut(goal.text.rstrip(" ."))
+    return f"{name} ({min(probability, 0.99):.0%})"
 
 
 def _because(belief: Belief, turns: Sequence[Turn], goal: Goal) -> str:
-    """What speaks most for a goal; "" if nothing does."""
+    """What speaks most for a goal; "" if nothing says much."""
     if goal in [pinned for _, pinned in belief.pinned]:
         return ", which you confirmed"
     if len(turns) != len(belief.log_likelihood) or not turns:
         return ""
     strongest = max(reasons(belief, turns, goal), key=lambda reason: reason.evidence)
     said = _cut(strongest.utterance)
-    return f', mostly because you said "{said}"' if strongest.evidence > 0 else ""
+    return f', mostly because you said "{said}"' if strongest.evidence >= _SPEAKS else ""
 
 
 def _cut(text: str) -> str:
