@@ -124,10 +124,12 @@ def test_own_dialogues_are_cases(tmp_path: Path) -> None:
     [
         ({"true": "make a tea"}, "did you mean 'make tea'"),
         ({"goals": ["make tea"]}, "there is one goal; expected at least two"),
-        ({"goals": ["make tea", "Make tea."]}, "two of the goals are the same"),
+        ({"goals": ["make tea", "Make tea."]}, "'Make tea.' is the same as 'make tea'. Leave one"),
         ({"group": []}, "'group'"),
         ({"id": "1"}, "'1'"),
         ({"turns": []}, "'turns'"),
+        ({"turns": [{"utterence": "Tea."}]}, "turns 1: the key 'utterence' is unknown; did you"),
+        ({"groop": "kin"}, "the key 'groop' is unknown; did you mean 'group'?"),
     ],
 )
 def test_own_rows_that_are_no_case_are_refused(
@@ -136,3 +138,10 @@ def test_own_rows_that_are_no_case_are_refused(
     message = refused(lambda: read_cases(written(tmp_path, own(), own(**{"id": 2, **changed}))))
     assert "line 3" in message
     assert said in message
+
+
+def test_keys_that_are_nothing_like_ours_are_passed_over(tmp_path: Path) -> None:
+    more = own(split="dev", trace=[1], source={"file": "x"}, truth=1)
+    assert read_cases(written(tmp_path, more)) == read_cases(written(tmp_path, own()))
+    wrong = {("trew" if key == "true" else key): value for key, value in own().items()}
+    assert "did you mean 'true'?" in refused(lambda: read_cases(written(tmp_path, wrong)))

@@ -85,11 +85,44 @@ def test_an_entry_of_a_list_without_a_name_is_counted():
         validated([{"name": "Ann"}, {}], tuple[Person, ...], "rows")
 
 
+@pytest.mark.parametrize(
+    ("data", "sentence"),
+    [
+        (
+            {"people": [{"nmae": "Ann"}]},
+            "people 1: the key 'nmae' is unknown; did you mean 'name'?",
+        ),
+        ({"poeple": []}, "row: the key 'poeple' is unknown; did you mean 'people'?"),
+        (
+            {"best": {"name": "Ann", "liks": ["tea"]}},
+            "the key 'liks' is unknown; did you mean 'likes'",
+        ),
+        ({"people": [{"Name": "Ann"}]}, "the key 'Name' is unknown; did you mean 'name'?"),
+        ({"people": [{"title": "Ann"}]}, "people 1: the key 'name' is missing."),
+        ({"people": [{"nmae": "Ann", "age": 0}]}, "the key 'nmae' is unknown"),
+        ({"people": [{"name": "Ann", "age": 0, "born": 1}]}, "'age' must be at least 1, not 0."),
+    ],
+)
+def test_where_other_keys_are_ignored_one_that_is_misspelt_is_not(data, sentence):
+    with pytest.raises(InvalidInputError) as caught:
+        validated(data, Plan, "row", ignore_extra=True)
+    assert sentence in str(caught.value)
+
+
+def test_other_keys_are_ignored_where_that_is_asked_for():
+    data = {"people": [{"name": "Ann", "names": 1, "born": 1}], "source": {"file": "x"}}
+    assert validated(data, Plan, "row", ignore_extra=True) == Plan((Person("Ann"),))
+    with pytest.raises(InvalidInputError, match="the key 'names' is unknown"):
+        validated(data, Plan, "row")
+
+
 def test_a_file_that_is_missing_or_no_text_is_named(tmp_path):
     with pytest.raises(InvalidInputError, match=r"no.toml is not readable: No such file"):
         read_toml(tmp_path / "no.toml", Plan)
     (tmp_path / "bytes.toml").write_bytes(b"\xff")
-    with pytest.raises(InvalidInputError, match=r"bytes.toml is not UTF-8. Save the file"):
+    with pytest.raises(
+        InvalidInputError, match=r"bytes.toml is not UTF-8: byte 0xff in line 1. Save"
+    ):
         read_toml(tmp_path / "bytes.toml", Plan)
 
 

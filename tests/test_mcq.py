@@ -63,15 +63,18 @@ def test_a_limit_takes_the_first(tmp_path):
 @pytest.mark.parametrize(
     ("text", "cause"),
     [
-        ("question,A,B,C,D,E,answer\nx,a,b,c,d,e,A\n", "row 1: 'prompt' must be a text, not None"),
+        ("question,A,B,C,D,E,answer\nx,a,b,c,d,e,A\n", "row 1: the key 'prompt' is missing"),
+        ("promt,A,B,C,D,E,answer\nx,a,b,c,d,e,A\n", "row 1: the key 'promt' .* mean 'prompt'"),
+        (HEAD + 'x,a,b,c,d,e,A\n"y,a,b,c,d,e,A\nz,a,b,c,d,e,A\n', r".*begins in line 3: "),
+        (HEAD + 'x,"a" b,b,c,d,e,A\n', r".*begins in line 2: "),
         (HEAD + "x,a,b,c,d,e,A\nx,a,b,c\n", "row 2, choices: 'D' must be a text, not None"),
-        (HEAD + "x,a,b,c,d,e,A,f\n", "row 1: more values than columns"),
+        (HEAD + "x,a,b,c,d,e,A,f\n", r".*begins in line 2: 8 cells for 7 columns"),
         (HEAD + "x,a,b,c,d,e,F\n", "row 1: 'answer' must be one of A, B, C, D, E, not 'F'"),
         ("", "has no questions"),
     ],
 )
 def test_a_csv_row_that_cannot_be_used_is_named(tmp_path, text, cause):
-    with pytest.raises(InvalidInputError, match=rf"q\.csv(, | ){cause}"):
+    with pytest.raises(InvalidInputError, match=rf"q\.csv(, | |$){cause}|{cause}.*q\.csv"):
         read(tmp_path, text)
 
 
@@ -80,6 +83,7 @@ def test_a_csv_row_that_cannot_be_used_is_named(tmp_path, text, cause):
     [
         ({**ROW, "id": "p"}, "two questions have the id 'p'"),
         ({**ROW, "choices": {"A": "one"}}, "at least 2"),
+        ({k: v for k, v in ROW.items() if k != "prompt"} | {"Promt": "?"}, "mean 'prompt'"),
         ({**ROW, "choices": {"A": "one", "\x92": "two"}}, "short name such as A, not"),
         ({**ROW, "answer": "C"}, "one of A, B, not 'C'"),
         ({**ROW, "rephrasings": {"A": ["x"]}}, "a list for each choice"),

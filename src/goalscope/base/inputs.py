@@ -1,11 +1,13 @@
-"""TOML and JSON written by people and their programs, read into typed values.
+"""TOML, JSON and CSV written by people and their programs, read into typed values.
 
 An error names the file, the place in it, what was expected, what came, and the nearest known key.
 """
 
 from __future__ import annotations
 
+import csv
 import difflib
+import io
 import json
 import re
 import tomllib
@@ -16,12 +18,12 @@ from importlib.resources.abc import Traversable
 from pathlib import Path
 from reprlib import Repr
 from types import GenericAlias
-from typing import TYPE_CHECKING, Any, Literal, NamedTuple, TypeVar, cast
+from typing import TYPE_CHECKING, Any, NamedTuple, TypeVar, cast
 
-from goalscope.base.types import InvalidInputError, Profile
+from goalscope.base.types import InvalidInputError, Profile, pluralize
 
 if TYPE_CHECKING:
-    from pydantic import TypeAdapter, ValidationError
+    from pydantic import TypeAdapter
     from pydantic_core import ErrorDetails
 
 T = TypeVar("T")
@@ -29,6 +31,7 @@ T = TypeVar("T")
 _REPR = Repr()
 _REPR.maxstring = _REPR.maxother = 80
 
+_MISSPELT = 0.75  # likeness of "trew" and "true"
 _UNKNOWN_KEY = ("extra_forbidden", "unexpected_keyword_argument")
 _MISSING_KEY = ("missing", "missing_argument")
 _MUST_BE = {
@@ -65,23 +68,32 @@ def nearest(word: str, known: Iterable[str]) -> str:
     return f"known are {', '.join(known[:20])}{more}"
 
 
+def _text(source: Path | Traversable, label: str, kind: str) -> str:
+    """The text of a file in UTF-8 that is to be of a kind."""
+    try:
+        return source.read_bytes().decode("utf-8-sig")
+    except UnicodeDecodeError as error:
+        line = error.object.count(b"\n", 0, error.start) + 1
+        raise InvalidInputError(
+            f"{label} is not UTF-8: byte {error.object[error.start]:#04x} in line {line}. Save the "
+            "file as UTF-8."
+        ) from None
+    except (OSError, ValueError) as error:
+        cause = getattr(error, "strerror", None) or error
+        raise InvalidInputError(
+            f"{label} is not readable: {cause}. Give the path of a {kind} file."
+        ) from None
+
+
 def read_table(source: Path | Traversable) -> dict[str, Any]:
     """Read a TOML file in UTF-8.
 
     Raises:
         InvalidInputError: The file cannot be read, or is not TOML.
     """
+    text = _text(source, str(source), "TOML")
     try:
-        data = source.read_bytes()
-    except (OSError, ValueError) as error:
-        cause = getattr(error, "strerror", None) or error
-        raise InvalidInputError(
-            f"{source} is not readable: {cause}. Give the path of a TOML file."
-        ) from None
-    try:
-        return tomllib.loads(data.decode("utf-8-sig"))
-    except UnicodeDecodeError:
-        raise InvalidInputError(f"{source} is not UTF-8. Save the file as UTF-8.") from None
+        return tomllib.loads(text)
     except (ValueError, RecursionError) as error:
         cause = str(error)
         cause = cause if len(cause) < 200 and cause.isprintable() else shown(cause)
@@ -101,65 +113,87 @@ def validated(data: object, kind: type[T], label: str, *, ignore_extra: bool = F
     """The values of TOML or JSON as a `kind`: a dataclass, a pydantic model, a tuple of such.
 
     Lists become tuples and tables become classes; nothing else is converted, and no key may be
-    unknown unless `ignore_extra` is set. Limits stand in the annotations, such as
-    `Annotated[int, annotated_types.Ge(1)]`. A `ValueError` of a `__post_init__` or a validator is
-    reported with its place.
+    unknown. Limits stand in the annotations, such as `Annotated[int, annotated_types.Ge(1)]`. A
+    `ValueError` of a `__post_init__` or a validator is reported with its place.
 
     Args:
         data: What was parsed from the file.
         kind: What to make of it.
         label: What errors call the data, such as the name of the file.
-        ignore_extra: Whether to pass over unknown keys.
+        ignore_extra: Whether to pass over unknown keys, but for what looks like a misspelt one.
 
     Raises:
         InvalidInputError: The data is not of this kind.
     """
     from pydantic import ValidationError
 
-    adapter = _adapter(kind, "ignore" if ignore_extra else "forbid")
+    adapter = _adapter(kind)
     try:
         text = json.dumps([data], default=str)  # TOML has dates
-        return adapter.validate_json(text, strict=True)[0]
-    except ValidationError as error:
-        raise InvalidInputError(_message(error, data, adapter, label)) from None
+        try:
+            return adapter.validate_json(text, strict=True)[0]
+        except ValidationError as error:
+            faults = error.errors(include_url=False)
+        schema = _schema(kind)
+        placed = [(fault, _place(fault, data, schema, label)) for fault in faults]
+        placed = [pair for pair in placed if not (ignore_extra and _is_more(*pair))]
+        if not placed:
+            return adapter.validate_json(text, strict=True, extra="ignore")[0]
     except (ValueError, RecursionError):
         raise InvalidInputError(
             f"{label}: it is nested too deeply, or has too long a number."
         ) from None
+    raise InvalidInputError(_message(placed))
 
 
 @cache
-def _adapter(kind: Any, extra: Literal["ignore", "forbid"]) -> TypeAdapter[Any]:
+def _adapter(kind: Any) -> TypeAdapter[Any]:
     from pydantic import TypeAdapter
 
     # Only from outside does a configuration reach a plain dataclass: hence the tuple.
     alone: Any = GenericAlias(tuple, (kind,))
-    return TypeAdapter[Any](alone, config={"extra": extra, "allow_inf_nan": False})
+    return TypeAdapter[Any](alone, config={"extra": "forbid", "allow_inf_nan": False})
+
+
+@cache
+def _schema(kind: Any) -> Mapping[str, Any]:
+    return _adapter(kind).json_schema()
 
 
 class _Place(NamedTuple):
-    """A place in the data: a table or list, a key in it or "", and the value's JSON schemas."""
+    """A place in the data: a table or list, a key in it or "", and the value with its schemas."""
 
     table: str
     key: str
+    value: Any
     schemas: Sequence[Mapping[str, Any]]
     depth: int
 
     def __str__(self) -> str:
         return f"{self.table}, {self.key}" if self.key else self.table
 
+    @property
+    def known(self) -> list[Any]:
+        """The keys that a table may have here, or the values that there may be."""
+        return [
+            name
+            for one in self.schemas
+            for name in (*one.get("properties", ()), *_choices(one.get("propertyNames", one)))
+        ]
 
-def _message(error: ValidationError, data: object, adapter: TypeAdapter[Any], label: str) -> str:
+
+def _is_more(error: ErrorDetails, place: _Place) -> bool:
+    """Whether a key is merely unknown, and not one misspelt that the table lacks."""
+    if error["type"] not in _UNKNOWN_KEY:
+        return False
+    lacking = [key for key in place.known if key not in place.value]
+    return not difflib.get_close_matches(str(error["loc"][-1]).casefold(), lacking, 1, _MISSPELT)
+
+
+def _message(errors: Sequence[tuple[ErrorDetails, _Place]]) -> str:
     """One sentence on the error that says most: on an unknown key, or else the innermost."""
-    schema = adapter.json_schema()
-    errors = [(one, _place(one, data, schema, label)) for one in error.errors(include_url=False)]
     first, place = max(errors, key=lambda pair: (_has_unknown_key(pair[0]), pair[1].depth))
-    kind, value, loc = first["type"], shown(first["input"]), first["loc"]
-    known = [
-        name
-        for one in place.schemas
-        for name in (*one.get("properties", ()), *_choices(one.get("propertyNames", one)))
-    ]
+    kind, value, loc, known = first["type"], shown(first["input"]), first["loc"], place.known
     if kind == "json_invalid":
         return f"{place}: {first['msg'].removeprefix('Invalid JSON: ')}."
     if kind in _MISSING_KEY:
@@ -216,7 +250,7 @@ def _place(error: ErrorDetails, data: Any, schema: Mapping[str, Any], label: str
             continue
         depth += 1
         schemas = [one for node in inner for one in _resolved(node, schema)]
-    return _Place(label, key, schemas, depth)
+    return _Place(label, key, data, schemas, depth)
 
 
 def _resolved(node: Any, schema: Mapping[str, Any]) -> Iterator[Mapping[str, Any]]:
@@ -229,6 +263,44 @@ def _resolved(node: Any, schema: Mapping[str, Any]) -> Iterator[Mapping[str, Any
     for member in node.get("anyOf", ()):
         yield from _resolved(member, schema)
     yield node
+
+
+def read_csv(source: Path | Traversable, label: str) -> Iterator[list[str]]:
+    """The rows of a CSV file in UTF-8, without blank ones; the first has the headings.
+
+    Cells end with the comma, semicolon or tab that the first line has most of.
+
+    Args:
+        source: The file.
+        label: What errors call it, such as "The catalogue shop.csv".
+
+    Raises:
+        InvalidInputError: The file cannot be read or is no text in UTF-8, a quotation mark is not
+            closed or stands alone in a quoted cell, or a row has more cells than there are columns;
+            the message names the line.
+    """
+    text = _text(source, label, "CSV")
+    if "\0" in text:
+        raise InvalidInputError(
+            f"{label} has NUL bytes: it is no text file, or is UTF-16. Save it as CSV in UTF-8."
+        )
+    separator = max(",;\t", key=text.partition("\n")[0].count)
+    reader = csv.reader(io.StringIO(text, newline=""), delimiter=separator, strict=True)
+    line, columns = 1, 0
+    try:
+        for row in reader:
+            columns = columns or len(row)
+            if any(row[columns:]) or (line < reader.line_num and 0 < len(row) < columns):
+                raise csv.Error(f"{pluralize(len(row), 'cell')} for {pluralize(columns, 'column')}")
+            if any(map(str.strip, row)):
+                yield row
+            line = reader.line_num + 1
+    except csv.Error as error:
+        raise InvalidInputError(
+            f"{label} is not valid CSV in the row that begins in line {line}: {error}. Look for a "
+            "separator in a cell without quotation marks, a quotation mark that is not closed or, "
+            "within a cell, not doubled, or a very long cell."
+        ) from None
 
 
 class RepeatedKeyError(ValueError):

@@ -151,8 +151,7 @@ def multidogo(file: Path, goal_set: str, goals: int, seed: int) -> Iterator[Case
             if len({*told} | ({intent} - {""})) > 1:
                 break
             intent = intent or (told[0] if told else "")
-            words = turn.text("utterance", empty=True)
-            if words:
+            if words := turn.text("utterance", empty=True):
                 turns.append(Turn("" if turns else OPENING, words))
         if not intent or not turns:
             yield "no goal, or two at once"
@@ -195,8 +194,7 @@ def hint3(file: Path, goal_set: str, goals: int, seed: int) -> Iterator[Case | s
     rows = {f"{shop}-{number}": row for number, row in enumerate(line_rows(file), 1)}
     for id in sorted(rows, key=lambda id: chance(seed, f"place of {id}").random()):
         row, rng = rows[id], chance(seed, id)
-        words = row.text("utterance", empty=True)
-        if not words:
+        if not (words := row.text("utterance", empty=True)):
             yield "no words"
             continue
         turns = (Turn(OPENING, words),)

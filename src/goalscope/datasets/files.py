@@ -6,6 +6,7 @@ import gzip
 import zipfile
 import zlib
 from collections.abc import Iterator, Mapping
+from contextlib import ExitStack
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, cast
@@ -123,17 +124,12 @@ def json_rows(file: Path, *, member: str | None = None) -> Iterator[Row]:
         InvalidInputError: The file cannot be read or unpacked, or is not of that form.
     """
     try:
-        if member is None:
-            if file.stat().st_size > LARGEST_FILE:
-                raise InvalidInputError(f"{file} is larger than {LARGEST_FILE} bytes.")
-            data = file.read_bytes()
-        else:
-            with zipfile.ZipFile(file) as archive:
-                if archive.getinfo(member).file_size > LARGEST_FILE:
-                    raise InvalidInputError(
-                        f"{file}: {member} is larger than {LARGEST_FILE} bytes."
-                    )
-                data = archive.read(member)
+        with ExitStack() as opened:
+            archive = opened.enter_context(zipfile.ZipFile(file)) if member else None
+            source = archive.open(member) if archive and member else file.open("rb")
+            data = opened.enter_context(source).read(LARGEST_FILE + 1)
+        if len(data) > LARGEST_FILE:
+            raise InvalidInputError(f"{file} holds more than {LARGEST_FILE} bytes.")
     except KeyError:
         raise InvalidInputError(f"{file} holds no {member}. Download it again.") from None
     except (OSError, EOFError, RuntimeError, zipfile.BadZipFile, zlib.error) as error:

@@ -92,11 +92,10 @@ def alfred(file: Path, goal_set: str, goals: int, seed: int) -> Iterator[Case | 
 def _plan(row: Row) -> _Plan:
     parameters = row.row("pddl_params")
     keys = ("object_target", "mrecep_target", "parent_target")
-    sliced = bool(parameters.values.get("object_sliced"))
     return (
         row.text("task_type"),
         *(parameters.text(key, empty=True) for key in keys),
-        "sliced" if sliced else "",
+        "sliced" if parameters.values.get("object_sliced") else "",
     )
 
 
@@ -286,10 +285,8 @@ def _said(row: Row) -> Iterator[tuple[bool, str]]:
     for number, turn in enumerate(row.entries("turns"), 1):
         match turn:
             case [str(speaker), str(text)] if speaker in ("user", "assistant"):
-                yield (
-                    speaker == "user",
-                    Row(f"{row.label}, turn {number}", {"text": text}).text("text", empty=True),
-                )
+                said = Row(f"{row.label}, turn {number}", {"text": text})
+                yield speaker == "user", said.text("text", empty=True)
             case _:
                 raise InvalidInputError(
                     f'{row.label}, turn {number}: expected ["user" or "assistant", text], '

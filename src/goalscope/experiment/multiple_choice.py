@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import csv
-import io
 from collections import Counter
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
@@ -13,7 +11,7 @@ from typing import Annotated, Any
 
 from annotated_types import MinLen
 
-from goalscope.base.inputs import shown, validated
+from goalscope.base.inputs import read_csv, shown, validated
 from goalscope.base.types import (
     UNSPECIFIED,
     Goal,
@@ -159,23 +157,12 @@ def measure_question(
 
 def _csv_rows(file: Path) -> Iterator[Row]:
     """The rows of a CSV file, as the objects of JSON Lines."""
-    try:
-        text = file.read_text(encoding="utf-8-sig")
-    except (OSError, ValueError) as error:
-        cause = getattr(error, "strerror", None) or error
-        raise InvalidInputError(f"{file} cannot be read: {cause}.") from None
-    number = 0
-    try:
-        for number, row in enumerate(csv.DictReader(io.StringIO(text, newline="")), 1):
-            label = f"{file}, row {number}"
-            if None in row:
-                columns = ", ".join(("prompt", *LETTERS, "answer"))
-                raise InvalidInputError(f"{label}: more values than columns. Expected {columns}.")
-            choices = {letter: row.get(letter) for letter in LETTERS}
-            given = {"prompt": row.get("prompt"), "choices": choices, "answer": row.get("answer")}
-            yield Row(label, {"id": f"row {number}", **given})
-    except csv.Error as error:
-        raise InvalidInputError(f"{file}, row {number + 1}: {error}") from None
+    rows = read_csv(file, str(file))
+    headings = next(rows, list[str]())
+    for number, row in enumerate(rows, 1):
+        given = dict(zip(headings, row, strict=False))
+        choices = {letter: given.pop(letter, None) for letter in LETTERS}
+        yield Row(f"{file}, row {number}", {**given, "id": f"row {number}", "choices": choices})
 
 
 def _question(row: Row) -> Question:

@@ -2,17 +2,16 @@
 
 from __future__ import annotations
 
-import csv
-import io
 import re
 from collections import Counter
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from decimal import Decimal
 from importlib.resources import files
 from itertools import chain, count
 from pathlib import Path
 
+from goalscope.base.inputs import read_csv
 from goalscope.base.text import plain, without_invisible
 from goalscope.base.types import InvalidInputError
 from goalscope.language.amounts import (
@@ -145,52 +144,16 @@ class Catalogue:
         Raises:
             InvalidInputError: The file cannot be read, or has no heading for the names.
         """
-        source = (
-            files("goalscope.envs.grocery") / "data" / "catalogue.csv"
-            if path is None
-            else Path(path)
-        )
-        label = Path(str(source)).name
-        try:
-            raw = source.read_bytes()
-        except OSError as error:
-            raise InvalidInputError(
-                f"Cannot read the catalogue {label}: {error.strerror or error}. Name a CSV file."
-            ) from None
-        rows = _rows(raw, label)
+        built_in = files("goalscope.envs.grocery") / "data" / "catalogue.csv"
+        source = built_in if path is None else Path(path)
+        label = f"The catalogue {Path(str(source)).name}"
+        rows = read_csv(source, label)
         where = _placed(next(rows, list[str]()), columns or {}, label)
-        cells = (
+        cells = [
             {column: _clean(row[i]) if i < len(row) else "" for column, i in where.items()}
             for row in rows
-            if any(map(str.strip, row))
-        )
-        return _collected(list(cells), label)
-
-
-def _rows(raw: bytes, label: str) -> Iterator[list[str]]:
-    """The rows of a catalogue, its headings first."""
-    try:
-        text = raw.decode("utf-8-sig")
-    except UnicodeDecodeError as error:
-        line = raw.count(b"\n", 0, error.start) + 1
-        raise InvalidInputError(
-            f"The catalogue {label} is not UTF-8: byte {raw[error.start]:#04x} in line {line}. "
-            'Save it as UTF-8 (in a spreadsheet: "CSV UTF-8").'
-        ) from None
-    heading = text.partition("\n")[0]
-    if "\0" in text:
-        raise InvalidInputError(
-            f"The catalogue {label} has a NUL byte at position {raw.index(0)}: it is not a "
-            "text file, or is UTF-16. Save it as CSV in UTF-8."
-        )
-    reader = csv.reader(io.StringIO(text, newline=""), delimiter=max(",;\t", key=heading.count))
-    try:
-        yield from reader
-    except csv.Error as error:
-        raise InvalidInputError(
-            f"The catalogue {label} is not valid CSV near line {reader.line_num}: {error}. "
-            "Look for an unclosed quotation mark, or a very long cell."
-        ) from None
+        ]
+        return _collected(cells, label)
 
 
 def _placed(headings: list[str], columns: Mapping[str, str], label: str) -> dict[str, int]:
@@ -209,22 +172,21 @@ def _placed(headings: list[str], columns: Mapping[str, str], label: str) -> dict
             exact = [i for i, heading in enumerate(headings) if _clean(heading) == wanted]
             if not exact:
                 raise InvalidInputError(
-                    f"The catalogue {label} has no column {wanted!r} for the {column}. "
-                    f"Its columns are: {found}."
+                    f"{label} has no column {wanted!r} for the {column}. Its columns are: {found}."
                 )
         else:
             heading = next((h for h in usual if h in headed), None)
             exact = [i for i, each in enumerate(headed) if each == heading]
         if len(exact) > 1:
             raise InvalidInputError(
-                f"The catalogue {label} has {len(exact)} columns {_clean(headings[exact[0]])!r}, "
+                f"{label} has {len(exact)} columns {_clean(headings[exact[0]])!r}, "
                 f"and one is wanted for the {column}. Give each another heading."
             )
         if exact:
             where[column] = exact[0]
     if "name" not in where:
         raise InvalidInputError(
-            f"The catalogue {label} has no column for the names. Its columns are: {found}. "
+            f"{label} has no column for the names. Its columns are: {found}. "
             'Name it, such as --column name=Title, or columns={"name": "Title"}.'
         )
     return where
@@ -234,7 +196,7 @@ def _collected(rows: Sequence[Mapping[str, str]], label: str) -> Catalogue:
     """The catalogue of rows, which have a cell for each column that there is."""
     named = [row for row in rows if row["name"]]
     if not named:
-        raise InvalidInputError(f"The catalogue {label} has no rows with a name. Check the file.")
+        raise InvalidInputError(f"{label} has no rows with a name. Check the file.")
     prices, currency, told = _prices(
         [(row.get("price", ""), row.get("currency", "")) for row in named]
     )
