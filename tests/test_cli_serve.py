@@ -80,3 +80,9 @@ def test_what_may_be_a_log_holds_no_key_and_a_restart_keeps_it(tmp_path: Path) -
 def test_a_key_that_could_be_guessed_is_refused() -> None:
     with pytest.raises(InvalidInputError, match=r"too easy to guess.* at least 16 char"):
         serve(key="k" * 15)
+
+
+def test_a_name_with_a_scheme_is_refused_before_anything_is_opened(store_file: Path) -> None:
+    with pytest.raises(InvalidInputError, match=r"https://x.*HOST\[:PORT\]"):
+        serve(name=["goals.example.org", "https://x"])
+    assert not store_file.exists()

@@ -4,11 +4,14 @@
 """
 
 import http.client
+from pathlib import Path
 
 import httpx
 import pytest
 
-from sites import KEY
+from goalscope.base.types import InvalidInputError
+from goalscope.web.guard import host_name
+from sites import ENTERED, KEY, site
 
 
 @pytest.mark.parametrize(
@@ -95,6 +98,84 @@ def test_a_link_of_another_site_changes_no_rater(address: str) -> None:
     assert "set-cookie" not in again.headers
     posted = httpx.post(f"{address}/api/studies/none/consent")  # a form of theirs
     assert (posted.status_code, "set-cookie" in posted.headers) == (403, False)
+
+
+def begun(address: str, host: str, origin: str, *protocols: str) -> int:
+    """The status when a page of this origin begins an episode at a host."""
+    forwarded = [("x-forwarded-proto", each) for each in protocols]
+    headers = [("host", host), ("origin", origin), *forwarded]
+    began = httpx.post(f"{address}/api/episodes", json={}, headers=headers, cookies=ENTERED)
+    assert began.status_code == 201 or "--name" in began.text or "X-Forwarded-Proto" in began.text
+    return began.status_code
+
+
+@pytest.mark.parametrize(
+    "host",
+    ["localhost:9000", "127.0.0.1:1", "[::1]:65535", "127.0.1.1:9000", "localhost", "LocalHost:80"],
+)
+def test_a_tunnel_may_end_at_any_port_of_the_visitors_machine(address: str, host: str) -> None:
+    """As with `ssh -L 9000:localhost:8123`, or a container whose port is another one outside."""
+    origin = "http://" + host.lower().removesuffix(":80")
+    assert begun(address, host, origin) == 201
+    assert begun(address, host, "http://localhost:9001") == 403
+
+
+@pytest.mark.parametrize(
+    ("protocols", "scheme"),
+    [
+        (["https"], "https"),
+        (["https, http"], "https"),
+        (["https,http,http"], "https"),
+        (["HTTPS"], "https"),
+        (["https", "http"], "https"),
+        (["https ,http"], "https"),
+        (["http, https"], "http"),
+        (["http"], "http"),
+        (["ftp"], "http"),
+    ],
+)
+def test_the_first_of_several_proxies_says_what_the_browser_speaks(
+    address: str, protocols: list[str], scheme: str
+) -> None:
+    other = {"https": "http", "http": "https"}[scheme]
+    assert begun(address, "localhost:9", f"{scheme}://localhost:9", *protocols) == 201
+    assert begun(address, "localhost:9", f"{other}://localhost:9", *protocols) == 403
+
+
+@pytest.mark.parametrize("name", ["goals.example.org", "goals.example.org:443"])
+@pytest.mark.parametrize("host", ["goals.example.org", "Goals.Example.org:443"])
+def test_a_proxy_may_tell_the_default_port(tmp_path: Path, name: str, host: str) -> None:
+    """nginx does, with `proxy_set_header Host $host:$server_port`; a browser does not."""
+    with site(tmp_path / "e.db", hosts=[name]) as address:
+        assert begun(address, host, "https://goals.example.org", "https") == 201
+        assert begun(address, "goals.example.org:8443", "https://goals.example.org:8443") == 403
+
+
+@pytest.mark.parametrize(
+    ("name", "sent"),
+    [
+        ("goals.example.org", "goals.example.org"),
+        ("Goals.Example.ORG:8443", "goals.example.org:8443"),
+        ("192.168.1.5:8000", "192.168.1.5:8000"),
+        ("[2001:DB8::0001]", "[2001:db8::1]"),
+        ("my_box", "my_box"),
+    ],
+)
+def test_a_name_is_as_browsers_send_it(name: str, sent: str) -> None:
+    assert host_name(name) == sent
+
+
+@pytest.mark.parametrize(
+    "name",
+    [
+        *("https://x", "http://x:8000", "//x", "x/", "x/goals", "x?", "user@x", "", " ", "a b"),
+        *("*", "*.example.org", ".x", "x.", "x:", "x:0", "x:08", "x:99999", "x:http", "x,y"),
+        *("::1", "2001:db8::1", "[::1", "[1:2]", "[fe80::1%eth0]", "m\u00fcnchen.example", "x\n"),
+    ],
+)
+def test_a_name_of_another_form_is_refused_with_the_form(name: str) -> None:
+    with pytest.raises(InvalidInputError, match=r"--name.*HOST\[:PORT\].*goals\.example\.org"):
+        host_name(name)
 
 
 def test_a_proxy_that_speaks_tls_has_pages_of_its_own(address: str, visit) -> None:

@@ -111,13 +111,14 @@ def serve(
     uvicorn = package("uvicorn", "The web page needs", GoalscopeError)
 
     from goalscope.web.app import create_app
-    from goalscope.web.guard import Guard
+    from goalscope.web.guard import Guard, host_name
 
     if key and len(key) < SHORTEST:
         raise InvalidInputError(
             f"That key is too easy to guess. Use at least {SHORTEST} characters, or leave out "
             "--key (and GOALSCOPE_KEY) to have one generated."
         )
+    names = [*map(host_name, name or ())]
     family = socket.AF_INET6 if ":" in host else socket.AF_INET
     with socket.socket(family) as listening:
         listening.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
@@ -129,8 +130,6 @@ def serve(
             ) from error
         port = listening.getsockname()[1]
         shown = f"[{host}]" if ":" in host else host
-        reached = {"127.0.0.1", "localhost", "[::1]", shown}
-        names = {f"{each}:{port}" for each in reached} | (reached if port == 80 else set[str]())
         key, file = (key, None) if key else kept_key()
         settings = Settings(**model_names(model, generator, scorer, tokenizer, adapter))
         with (
@@ -140,7 +139,7 @@ def serve(
         ):
             named = [*map(load_domain, domains or BUILT_IN)]
             app = create_app(episodes, engine, settings, named)
-            guarded = Guard(app, hosts=names | {*(name or ())}, key=key)
+            guarded = Guard(app, hosts=[*names, f"{shown}:{port}".lower()], key=key)
             listening.listen()  # so that who reads the address now is not refused
             secret = key if console().is_terminal else "KEY"  # what is no terminal may be a log
             say(f"goalscope is running at http://{shown}:{port}/?key={secret}")

@@ -4,8 +4,11 @@ from __future__ import annotations
 
 import hashlib
 import hmac
+import re
 import secrets
 from collections.abc import Collection
+from contextlib import suppress
+from ipaddress import IPv6Address
 from typing import Annotated
 
 from fastapi import Depends, Request
@@ -41,7 +44,10 @@ FOREIGN_ORIGIN = (
     "Pages of other sites cannot change anything here, with or without a key (CORS is not "
     "supported). Send the request from that site's server, or from a program without an "
     "Origin header. If this is the server's own page, behind a proxy with TLS, the proxy "
-    "must send X-Forwarded-Proto: https."
+    "must pass on the header Host and send X-Forwarded-Proto: https."
+)
+FOREIGN_HOST = (
+    "The server has another name. Use the address it printed, or start it with --name HOST[:PORT]."
 )
 EXPLANATIONS = {
     400: "The body cannot be read. Send a JSON object in UTF-8.",
@@ -49,6 +55,9 @@ EXPLANATIONS = {
     405: "This address does not support this method. /api/openapi.json lists the supported ones.",
 }
 """Replacements for the terse messages of the libraries below."""
+
+_LOOPBACK = re.compile(r"(localhost|127(\.[0-9]{1,3}){3}|\[::1\])(:[0-9]{1,5})?")
+_HOST = re.compile(r"((?:[a-z0-9_-]+\.)*[a-z0-9_-]+|\[([0-9a-f:.]+)\])(:[1-9][0-9]{0,4})?")
 
 KEY_COOKIE, RATER_COOKIE = "goalscope_key", "goalscope_rater"
 YEAR = 365 * 24 * 3600
@@ -75,6 +84,22 @@ Rater = Annotated[str, Depends(_rater)]
 """Identifies the browser of a study's participant."""
 
 
+def host_name(name: str) -> str:
+    """HOST[:PORT] as browsers send it: in small letters, and a number of IPv6 in its short form.
+
+    Raises:
+        InvalidInputError: It has another form, in which no browser sends it.
+    """
+    with suppress(ValueError):
+        if (found := _HOST.fullmatch(name.lower())) and int((found[3] or ":1")[1:]) < 1 << 16:
+            host = f"[{IPv6Address(found[2])}]" if found[2] else found[1]
+            return host + (found[3] or "")
+    raise InvalidInputError(
+        f"--name {name!r} does not have the form HOST[:PORT], such as goals.example.org or "
+        "[2001:db8::1]:8000. Leave out https:// and what follows the host."
+    )
+
+
 class Guard:
     """Refuses requests from other sites and from strangers.
 
@@ -82,9 +107,20 @@ class Guard:
     the pages of studies. A request that changes something must come from this server's own page,
     or from a program that sends the key and no cookies.
 
+    The host keeps DNS rebinding out: a page of evil.example whose name is made to lead here comes
+    as evil.example, since browsers take Host from the address of the page. So only names that no
+    stranger can make lead here count: the given ones, and `localhost` and loopback numbers, which
+    no DNS server is asked for; "localhost" within a longer name does not. Their port is free, for
+    a tunnel or a container may have another one outside. A page of another local port gains
+    nothing by that: its Origin has its own port, and must equal the scheme and Host of the request.
+
+    The scheme is what the first proxy of X-Forwarded-Proto says. A page of another origin cannot
+    send that header (its browser asks for leave first, which is refused), and whoever can send it
+    still needs the key.
+
     Args:
         app: The application.
-        hosts: Names and ports of the server.
+        hosts: Other names of the server, each with its port, as by `host_name`.
         key: It must be impossible to guess.
     """
 
@@ -114,11 +150,13 @@ class Guard:
             HTTPException: 401, 403.
         """
         scope, headers = request.scope, request.headers
-        host = ", ".join(headers.getlist("host"))
-        if host not in self.hosts:
-            raise HTTPException(403, f"This server is not {host or 'that host'}. Use its own name.")
-        if headers.getlist("x-forwarded-proto") == ["https"]:  # no page can make a browser say so
-            scope["scheme"] = "https"
+        outermost = ",".join(headers.getlist("x-forwarded-proto")).lower().partition(",")[0].strip()
+        if outermost in ("http", "https"):
+            scope["scheme"] = outermost
+        default = ":443" if scope["scheme"] == "https" else ":80"  # which browsers leave out
+        host = ", ".join(headers.getlist("host")).lower().removesuffix(default)
+        if not (_LOOPBACK.fullmatch(host) or self.hosts & {host, host + default}):
+            raise HTTPException(403, FOREIGN_HOST)
         kind, _, bearer = headers.get("authorization", "").strip().partition(" ")
         bearer = bearer.strip() if kind.lower() == "bearer" else ""
         if bearer and not _same(bearer, self._key):
