@@ -7,25 +7,32 @@ from __future__ import annotations
 
 import json
 import traceback
+from collections.abc import Callable, Iterator
+from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
 from pathlib import Path
+from threading import Thread
 from typing import Any
 
 import pytest
 
 from goalscope.base.types import InvalidInputError, ModelError
+from goalscope.models.hf_tokenizer import chat_tokenizer
+from goalscope.models.hub import pull
 from goalscope.models.server import RETRIES, Server, understood
 
 httpx2 = pytest.importorskip("httpx2", reason="models behind a server need goalscope[remote]")
 
 URL = "http://models.test/v1"
 KEY = "sk-verysecret0123456789"
+SHELL = ("HTTP_PROXY", "HTTPS_PROXY", "ALL_PROXY", "NO_PROXY", "SSL_CERT_FILE", "SSL_CERT_DIR")
+SOCKS, AWAY = f"socks5://user:{KEY}@127.0.0.1:9", "http://127.0.0.1:9"
 ERRORS = json.loads(Path(__file__, "../recordings/openai_errors.json").resolve().read_text())
 
 
 @pytest.fixture(autouse=True)
 def alone(monkeypatch: pytest.MonkeyPatch) -> None:
     """No key, no proxy, no waiting."""
-    for name in ("GOALSCOPE_API_KEY", "OPENAI_API_KEY", "HTTP_PROXY", "http_proxy", "ALL_PROXY"):
+    for name in ("GOALSCOPE_API_KEY", "OPENAI_API_KEY", *SHELL, *map(str.lower, SHELL)):
         monkeypatch.delenv(name, raising=False)
     monkeypatch.setattr("time.sleep", lambda _: None)
 
@@ -72,7 +79,7 @@ def test_temporary_trouble_is_retried(trouble: httpx2.Response | Exception) -> N
     replay = Replay(trouble, answer(200, {"ok": 1}))
     server = asked(replay)
     assert server.post("completions", {}) == {"ok": 1}
-    assert (len(replay.requests), server.usage.requests) == (2, 1)
+    assert (len(replay.requests), server.usage["requests"]) == (2, 1)
 
 
 @pytest.mark.parametrize("trouble", TEMPORARY, ids=str)
@@ -219,9 +226,110 @@ def test_the_usage_counts_what_servers_tell() -> None:
     server = asked(Replay(answer(200, {"usage": usage}), answer(200, {"usage": None})))
     for _ in range(2):
         server.post("completions", {})
-    assert str(server.usage) == "2 requests, 7 tokens read, 2 written"
+    assert server.describe_usage() == "2 requests, 7 tokens read, 2 written"
 
 
 def test_an_answer_of_an_unknown_form_is_one_line() -> None:
     with pytest.raises(ModelError, match=r"an unknown form \(KeyError: 'a'\)"), understood(URL):
         _ = {}["a"]
+
+
+@pytest.fixture(scope="module")
+def local_port() -> Iterator[int]:
+    """The port of a server on this machine that lists one model."""
+
+    class Lists(BaseHTTPRequestHandler):
+        def do_GET(self) -> None:
+            body = json.dumps({"data": [{"id": "m", "max_model_len": 512}]}).encode()
+            self.send_response(200)
+            self.send_header("Content-Type", "application/json")
+            self.send_header("Content-Length", str(len(body)))
+            self.end_headers()
+            self.wfile.write(body)
+
+        def log_message(self, *_: object) -> None: ...
+
+    with ThreadingHTTPServer(("127.0.0.1", 0), Lists) as server:
+        Thread(target=server.serve_forever, daemon=True).start()
+        yield server.server_port
+        server.shutdown()
+
+
+@pytest.mark.parametrize("host", ["127.0.0.1", "localhost", "LOCALHOST", "0.0.0.0"])
+@pytest.mark.parametrize(
+    ("name", "proxy"),
+    [
+        ("ALL_PROXY", SOCKS),
+        ("all_proxy", "socks5h://127.0.0.1:9"),
+        ("HTTP_PROXY", AWAY),
+        ("http_proxy", AWAY),
+        ("HTTP_PROXY", "no proxy at all"),
+    ],
+)
+def test_no_proxy_leads_to_this_machine(
+    monkeypatch: pytest.MonkeyPatch, local_port: int, host: str, name: str, proxy: str
+) -> None:
+    monkeypatch.setenv(name, proxy)
+    if name == "HTTP_PROXY":
+        monkeypatch.setenv("no_proxy", "example.org")
+    server = Server(f"http://{host}:{local_port}/v1")
+    assert server.context_size == 512
+    server.close()
+
+
+@pytest.mark.parametrize(
+    ("name", "value"),
+    [
+        ("ALL_PROXY", SOCKS),
+        ("https_proxy", f"socks4://user:{KEY}@127.0.0.1:9"),
+        ("HTTPS_PROXY", f"http://user:{KEY}@127.0.0.1:x"),
+        ("HTTP_PROXY", f"ftp://user:{KEY}@127.0.0.1:9"),
+        ("SSL_CERT_FILE", "/none/certificates.pem"),
+        ("SSL_CERT_FILE", __file__),
+        ("SSL_CERT_FILE", str(Path(__file__).parent)),
+    ],
+)
+@pytest.mark.parametrize(
+    "use",
+    [
+        lambda: Server("https://models.test/v1"),
+        lambda: pull("owner/one"),
+        lambda: chat_tokenizer("owner/one"),
+    ],
+    ids=["server", "pull", "tokenizer"],
+)
+def test_a_variable_of_the_shell_that_cannot_be_followed_is_named(
+    monkeypatch: pytest.MonkeyPatch,
+    tmp_path: Path,
+    use: Callable[[], object],
+    name: str,
+    value: str,
+) -> None:
+    monkeypatch.setattr("huggingface_hub.constants.HF_HUB_CACHE", str(tmp_path))
+    monkeypatch.setenv("SSL_CERT_DIR", str(tmp_path))  # counts for nothing beside a file
+    monkeypatch.setenv(name, value)
+    with pytest.raises(ModelError, match=rf"^{name} .*Correct it") as caught:
+        use()
+    text = str(caught.value)
+    assert "\n" not in text
+    assert KEY not in text
+
+
+def test_an_unreadable_certificate_is_named_for_a_server_of_this_machine_too(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    monkeypatch.setenv("SSL_CERT_FILE", "/none/certificates.pem")
+    with pytest.raises(ModelError, match=r"^SSL_CERT_FILE "):
+        Server("https://127.0.0.1:9/v1")
+
+
+def test_who_asks_a_far_server_through_a_proxy_that_is_away_is_told_of_it(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    monkeypatch.setenv("HTTP_PROXY", f"http://user:{KEY}@127.0.0.1:9")
+    told = failure(Server(f"{URL}#m"))
+    assert "HTTP_PROXY" in told
+    assert "NO_PROXY" in told
+    assert KEY not in told
+    monkeypatch.delenv("HTTP_PROXY")
+    assert "NO_PROXY" not in failure(Server("http://127.0.0.1:9/v1#m"))

@@ -219,7 +219,7 @@ def test_a_server_that_is_down_is_not_tested(simulated: Simulated) -> None:
     server = Server(URL, transport=httpx2.MockTransport(down))
     with pytest.raises(ModelError, match="Set GOALSCOPE_API_KEY"):
         ServedScorer(server, simulated.model.tokenizer).token_logprobs(CONTEXTS, REPLIES)
-    assert server.usage.requests == 1
+    assert server.usage["requests"] == 1
 
 
 def broken(**changes: Any) -> Callable[[dict[str, Any]], Any]:

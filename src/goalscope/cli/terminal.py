@@ -158,8 +158,8 @@ def opened_model(names: Mapping[str, str | None]) -> Generator[ModelSet]:
         engine.close()
         servers = [getattr(part, "server", None) for part in (engine.generator, engine.scorer)]
         for server in dict.fromkeys(filter(None, servers)):
-            if server.usage.requests:
-                say(f"{server.url}: {server.usage}", "dim", stderr=True)
+            if server.usage:
+                say(f"{server.url}: {server.describe_usage()}", "dim", stderr=True)
 
 
 def settings_model(settings: Settings) -> AbstractContextManager[ModelSet]:

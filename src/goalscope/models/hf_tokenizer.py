@@ -13,6 +13,7 @@ from typing import Any, cast
 from goalscope.base.optional_packages import package
 from goalscope.base.types import ModelError
 from goalscope.models.chat import ChatTokenizer
+from goalscope.models.server import http_client
 
 _REPOSITORY = re.compile(r"\w[\w.-]*(/\w[\w.-]*)?")
 
@@ -28,7 +29,7 @@ def chat_tokenizer(model: str | Path) -> ChatTokenizer:
         model: Folder of a model, or its name on the Hugging Face hub (only small files are read).
 
     Raises:
-        ModelError: There is no such model, or it has no fast tokenizer or no chat template.
+        ModelError: It is missing or cannot be fetched, or has no fast tokenizer or chat template.
     """
     from tokenizers import Tokenizer
 
@@ -128,7 +129,7 @@ def _fetched(model: str, name: str) -> str:
     try:
         return hub.hf_hub_download(model, name, local_files_only=True)
     except errors.LocalEntryNotFoundError:
-        pass
+        http_client().close()  # the hub's own would not name a variable that cannot be obeyed
     try:
         hub.get_hf_file_metadata(hub.hf_hub_url(model, name))
     except (package("httpx2").TransportError, errors.OfflineModeIsEnabled) as error:

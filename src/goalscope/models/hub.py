@@ -7,6 +7,7 @@ from typing import Any
 
 from goalscope.base.optional_packages import package
 from goalscope.base.types import InvalidInputError, ModelError
+from goalscope.models.server import http_client
 
 
 def pull(repository: str, file: str | None = None) -> Path:
@@ -18,21 +19,13 @@ def pull(repository: str, file: str | None = None) -> Path:
 
     Raises:
         InvalidInputError: There is no such repository or file, or there are several files.
-        ModelError: The hub cannot be reached, or a package is missing.
+        ModelError: The hub cannot be reached, or a package is missing, or as by `http_client`.
     """
     hub = package("huggingface_hub")
     from httpx2 import HTTPError
-    from huggingface_hub.errors import (
-        EntryNotFoundError,
-        HfHubHTTPError,
-        HFValidationError,
-        LocalEntryNotFoundError,
-    )
+    from huggingface_hub.errors import HFValidationError, RemoteEntryNotFoundError
 
-    failed = (
-        f"Cannot fetch {repository} ({{}}). Check the connection and the free space, and run "
-        "it again to continue."
-    )
+    http_client().close()  # the hub's own would not name a variable that cannot be obeyed
     try:
         if file is None:
             names: list[str] = hub.list_repo_files(repository)
@@ -42,24 +35,23 @@ def pull(repository: str, file: str | None = None) -> Path:
                 raise InvalidInputError(f"{repository} has these GGUF files: {shown}. Name one.")
             file = found[0]
         return Path(hub.hf_hub_download(repository, file))
-    except LocalEntryNotFoundError as error:
-        raise ModelError(failed.format(error)) from None
-    except EntryNotFoundError:
+    except RemoteEntryNotFoundError:
         raise InvalidInputError(f"{repository} has no file {file}.") from None
     except HFValidationError as error:
         raise InvalidInputError(
             f"{repository} is not the name of a repository ({error})."
         ) from None
-    except HfHubHTTPError as error:
-        status = getattr(error.response, "status_code", None)
+    except (HTTPError, OSError) as error:
+        status = getattr(getattr(error, "response", None), "status_code", None)
         if status in (401, 403, 404):
             raise InvalidInputError(
                 f"The hub gives no access to {repository} (HTTP {status}). Check the name; a "
                 "gated model needs `hf auth login` first."
             ) from None
-        raise ModelError(f"The hub failed (HTTP {status}). Try again later.") from None
-    except (HTTPError, OSError) as error:
-        raise ModelError(failed.format(error)) from None
+        raise ModelError(
+            f"Cannot fetch {repository} ({error}). Check the connection and the free space, and "
+            "run it again to continue."
+        ) from None
 
 
 def pulled_files() -> list[Path]:

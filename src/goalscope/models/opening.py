@@ -17,6 +17,8 @@ from goalscope.models.adapters import FITTED_TASK, NO_ADAPTER, adapter_file, shi
 from goalscope.models.chat import ChatTokenizer
 from goalscope.models.local import LocalModel
 from goalscope.models.scoring import TokenScorer
+from goalscope.models.served import ServedGenerator, ServedScorer
+from goalscope.models.server import Server
 
 MODEL_KEYS = ("model", "generator", "scorer", "tokenizer", "adapter")
 """The arguments of `open_model` that identify the model."""
@@ -173,8 +175,7 @@ def open_model(
         InvalidInputError: A name is neither a text nor a path, or an adapter is named for a server.
     """
     given = (model, generator, scorer, tokenizer, adapter)
-    names: dict[str, object] = dict(zip(MODEL_KEYS, given, strict=True))
-    for key, name in names.items():
+    for key, name in dict[str, object](zip(MODEL_KEYS, given, strict=True)).items():
         if name is not None and not isinstance(name, str | Path):
             raise InvalidInputError(f"{key} must be a text or a Path, not {name!r}.")
     writes, scores = generator or model, scorer or model
@@ -293,25 +294,15 @@ def _local(name: str | Path | None, *, adapter: Path | None = None) -> LocalMode
 def _generator(name: str | Path | None, tokenizer: str | Path | None) -> OpenGenerator:
     if not _is_address(name):
         return _local(name)
-    from goalscope.models.served import ServedGenerator
-    from goalscope.models.server import Server
-
     return ServedGenerator(Server(str(name)), _tokenizer(str(tokenizer)) if tokenizer else None)
 
 
 def _scorer(name: str | Path | None, tokenizer: str | Path | None) -> TokenScorer:
     if not _is_address(name):
         return _local(name)
-    from goalscope.models.served import ServedScorer
-    from goalscope.models.server import Server
-
-    server = Server(str(name))
+    server, home = Server(str(name)), str(tokenizer or "")
     try:
-        home = str(tokenizer or server.facts.get("root") or server.model)
-    except ModelError:
-        server.close()
-        raise
-    try:
+        home = home or str(server.facts.get("root") or server.model)
         if not tokenizer and "/" not in home and not os.path.exists(home):
             raise ModelError(
                 f"{home} is not a name on the Hugging Face hub of the form owner/name."
@@ -319,7 +310,7 @@ def _scorer(name: str | Path | None, tokenizer: str | Path | None) -> TokenScore
         return ServedScorer(server, _tokenizer(home))
     except ModelError as error:
         server.close()
-        if tokenizer:
+        if tokenizer or not home:
             raise
         raise ModelError(
             f"Scoring needs the tokenizer of the model at {server.url}, which was not found "

@@ -4,45 +4,29 @@ from __future__ import annotations
 
 import json
 import os
+import re
+from collections import Counter
 from collections.abc import Generator, Mapping
-from contextlib import contextmanager
-from dataclasses import dataclass
+from contextlib import contextmanager, suppress
+from functools import partial
+from ipaddress import ip_address
 from typing import Any, cast
 from urllib.parse import urlsplit
 
 from goalscope.base.optional_packages import package
-from goalscope.base.types import InvalidInputError, ModelError, pluralize
+from goalscope.base.types import GoalscopeError, InvalidInputError, ModelError, pluralize
 
 RETRIES = 3
 _NO_KEY = "none"
+_COUNTS = "prompt_tokens", "completion_tokens"
 _REMEDIES = {
     401: "Set GOALSCOPE_API_KEY to a valid key for this server.",
     403: "Set GOALSCOPE_API_KEY to a key with access to this model.",
     404: "Check the address (most end in /v1) and the name of the model.",
     429: "Wait, raise the quota there, or use another model.",
 }
+_CERTIFICATES, _PROXIES = "SSL_CERT_FILE", "(ALL|HTTPS?)_PROXY"  # variables of the shell
 _UNREADABLE = AttributeError, LookupError, OverflowError, RecursionError, TypeError, ValueError
-
-
-@dataclass(slots=True)
-class Usage:
-    """The usage of a server so far.
-
-    Attributes:
-        requests: Questions; a retry does not count as another one.
-        prompt_tokens: Read, as the server counts them.
-        completion_tokens: Written.
-    """
-
-    requests: int = 0
-    prompt_tokens: int = 0
-    completion_tokens: int = 0
-
-    def __str__(self) -> str:
-        return (
-            f"{pluralize(self.requests, 'request')}, {self.prompt_tokens:,} tokens read, "
-            f"{self.completion_tokens:,} written"
-        )
 
 
 class Refusal(ModelError):
@@ -57,7 +41,8 @@ class Server:
 
     Attributes:
         url: Where it is.
-        usage: The usage so far.
+        usage: Numbers of requests (retries do not count), and of prompt_tokens and
+            completion_tokens as the server counts them.
     """
 
     def __init__(self, address: str, *, transport: Any = None) -> None:
@@ -73,7 +58,7 @@ class Server:
 
         Raises:
             InvalidInputError: The address is invalid.
-            ModelError: A package that it needs is missing.
+            ModelError: A package that it needs is missing, or as by `http_client`.
         """
         openai = self._openai = package("openai")
         base, _, self._model = address.partition("#")
@@ -92,22 +77,23 @@ class Server:
                 base_url=self.url,
                 timeout=_patience(),
                 max_retries=RETRIES,
-                # A redirect could take words, and the key, where nobody meant them to go.
-                http_client=openai.DefaultHttpxClient(
-                    transport=transport,
-                    follow_redirects=False,
+                http_client=http_client(
+                    parts.hostname,
+                    transport,
                     event_hooks={} if key else {"request": [_without_key]},
                 ),
             )
-        except InvalidInputError:
+        except GoalscopeError:
             raise
         except Exception as error:  # a URL that the client refuses
             raise InvalidInputError(
                 f"{base.rpartition('@')[2]} is not the address of a model server ({error}). "
                 "Write it like http://localhost:8000/v1#model-name."
             ) from None
-        self.usage = Usage()
+        self.usage = Counter[str]()
         self._origin = f"{parts.scheme}://{parts.netloc}"
+        proxies = "" if _is_here(parts.hostname) else _set_variables(_PROXIES)
+        self._proxies = proxies and f" If it needs no proxy ({proxies}), add its host to NO_PROXY."
         self._facts: dict[str, Any] = {}
 
     @property
@@ -164,19 +150,21 @@ class Server:
         """
         return self._call(self._origin + path if path.startswith("/") else path, body)
 
+    def describe_usage(self) -> str:
+        """The usage so far, in words."""
+        asked, read, written = (self.usage[key] for key in ("requests", *_COUNTS))
+        return f"{pluralize(asked, 'request')}, {read:,} tokens read, {written:,} written"
+
     def close(self) -> None:
         """Close the connections."""
         self._client.close()
 
     def _call(self, path: str, body: Mapping[str, Any] | None) -> Any:
-        self.usage.requests += 1
+        self.usage["requests"] += 1
         client, openai = self._client, self._openai
         try:
-            answer: Any = (
-                client.get(path, cast_to=object)
-                if body is None
-                else client.post(path, cast_to=object, body=body)
-            )
+            ask = client.get if body is None else partial(client.post, body=body)
+            answer: Any = ask(path, cast_to=object)
         except openai.APITimeoutError:
             raise ModelError(
                 f"{self.url} did not answer in time. Is it overloaded? Try a smaller model, or set "
@@ -186,6 +174,7 @@ class Server:
             reason = self._excerpt(str(error.__cause__ or error))
             raise ModelError(
                 f"No server answers at {self.url} ({reason}). Start it, or check the address."
+                + self._proxies
             ) from None
         except openai.APIStatusError as error:
             raise self._refusal(path, error.response) from None
@@ -193,7 +182,8 @@ class Server:
         if rows.get("error"):
             said = self._excerpt(str(rows["error"]))
             raise ModelError(f"{self.url} sent no answer: {said}. Is it a model server?")
-        self._count(rows)
+        with suppress(*_UNREADABLE):  # not all servers count
+            self.usage.update({key: rows["usage"][key] + 0 for key in _COUNTS})
         return rows
 
     def _refusal(self, path: str, response: Any) -> Refusal:
@@ -205,18 +195,11 @@ class Server:
             said = f"it points to {self._excerpt(response.headers['location'])} instead."
         other = "Shorten the text." if "context" in said else "Use another address or model."
         if status >= 500:
-            other = "Try again later."
+            other = "Try again later." + self._proxies
         where = path.removeprefix(self._origin)
         return Refusal(
             f"{self.url} refused {where} (HTTP {status}): {said} {_REMEDIES.get(status, other)}"
         )
-
-    def _count(self, answer: Mapping[str, Any]) -> None:
-        usage = answer.get("usage")
-        numbers = cast("dict[str, Any]", usage) if isinstance(usage, dict) else {}
-        for key in ("prompt_tokens", "completion_tokens"):
-            if isinstance(count := numbers.get(key), int):
-                setattr(self.usage, key, getattr(self.usage, key) + count)
 
     def _excerpt(self, said: str) -> str:
         """What a server said, as one short line, without the key."""
@@ -227,8 +210,46 @@ class Server:
         return " ".join(text.split())[:300] or "(nothing)"
 
 
+def http_client(host: str = "", transport: Any = None, **options: Any) -> Any:
+    """An HTTPX client that obeys the shell's variables, but asks this machine without a proxy.
+
+    Args:
+        host: The only one that it will ask, if there is only one.
+        transport: HTTPX transport in place of the network.
+        options: Others of `httpx2.Client`.
+
+    Raises:
+        ModelError: A variable of the shell cannot be obeyed, which is named, or HTTPX is missing.
+    """
+    httpx2 = package("httpx2")
+    try:
+        if transport is None and _is_here(host):
+            transport = httpx2.HTTPTransport()
+        # A redirect could take words, and the key, where nobody meant them to go.
+        return httpx2.Client(transport=transport, follow_redirects=False, **options)
+    except (ImportError, OSError, ValueError, httpx2.InvalidURL) as error:
+        names = _set_variables(_CERTIFICATES if isinstance(error, OSError) else _PROXIES)
+        reason = str(error).partition(". ")[0]  # what HTTPX advises then is for another version
+        raise ModelError(
+            f"{names or 'A network setting'} cannot be used ({reason}). Correct it or unset it."
+        ) from None
+
+
 def _without_key(request: Any) -> None:
     del request.headers["Authorization"]
+
+
+def _is_here(host: str) -> bool:
+    """Whether a host is this machine, whatever a name server says."""
+    with suppress(ValueError):
+        address = ip_address(host)
+        return address.is_loopback or address.is_unspecified
+    return host == "localhost" or host.endswith(".localhost")
+
+
+def _set_variables(pattern: str) -> str:
+    names = (name for name, value in os.environ.items() if value)
+    return " or ".join(name for name in names if re.fullmatch(pattern, name, re.IGNORECASE))
 
 
 def _key(*, official: bool) -> str:
