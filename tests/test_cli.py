@@ -125,6 +125,26 @@ def test_infer_writes_a_belief_per_turn(tmp_path):
     assert out.read_text() == whole
 
 
+def test_processes_that_start_at_once_in_a_new_home_score_alike(tmp_path):
+    """Nothing about the machine is measured at the first use, which two would measure apart."""
+    file, home = rows_file(tmp_path, ROW), tmp_path / "home"
+    home.mkdir()
+    outs = [tmp_path / f"{number}.jsonl" for number in range(2)]
+    places = {name: str(home) for name in ("HOME", "XDG_DATA_HOME", "XDG_CACHE_HOME")}
+    code = "from goalscope.cli.main import main; main()"
+    started = [
+        subprocess.Popen(
+            [sys.executable, "-c", code, "infer", file, "--out", out],
+            env=os.environ | {"PYTHONPATH": SOURCE} | places,
+        )
+        for out in outs
+    ]
+    assert [process.wait() for process in started] == [0, 0]
+    one, other = (out.read_text() for out in outs)
+    assert one == other
+    assert not [*home.rglob("*")]
+
+
 def test_infer_leaves_foreign_files_alone(tmp_path, words):
     file = rows_file(tmp_path, ROW)
     assert "no folder nodir. Create it" in fails(2, "infer", file, "--out", "nodir/b.jsonl")
@@ -215,13 +235,12 @@ def test_doctor_calls_the_model_as_people_do_and_tells_its_calibration(words, mo
 
 def test_doctor_reports_lost_adapters(words, monkeypatch, tmp_path):
     monkeypatch.setattr("goalscope.models.check.check", lambda engine: ({}, []))
-    monkeypatch.setattr("goalscope.models.adapters._shipped_path", lambda name: tmp_path / name)
+    lost = {name: tmp_path / name for name in ("general", "reader", "writer")}
+    monkeypatch.setattr("goalscope.models.adapters.SHIPPED", lost)
     result = run("doctor", "--json")
     assert result.exit_code == 1
     problems = json.loads(result.stdout)["problems"]
-    assert [each.partition(" ")[0] for each in problems] == [
-        str(tmp_path / name) for name in ("general", "reader", "writer")
-    ]
+    assert [each.partition(" ")[0] for each in problems] == [*map(str, lost.values())]
 
 
 def test_doctor_reports_and_fails_on_a_missing_model(tmp_path):

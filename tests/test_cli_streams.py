@@ -172,9 +172,8 @@ def test_who_has_no_home_keeps_nothing_and_runs_all_the_same(
     def homeless(*_: object) -> Path:
         raise RuntimeError("could not determine the home directory")
 
-    monkeypatch.setattr("platformdirs.user_cache_path", homeless)
     monkeypatch.setattr("platformdirs.user_data_path", homeless)
-    assert places.user_data() == places.user_cache() == places.NOWHERE
+    assert places.user_data() == places.NOWHERE
     with pytest.raises(GoalscopeError, match="HOME is not set"):
         opened(places.user_data() / "episodes.db")
 

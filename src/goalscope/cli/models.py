@@ -10,7 +10,6 @@ import typer
 from goalscope.base.optional_packages import EXTRAS, remedy
 from goalscope.base.text import model_shown
 from goalscope.base.types import GoalscopeError, InvalidInputError
-from goalscope.base.user_dirs import user_cache
 from goalscope.cli.options import Adapter, Json, Model, Scorer, StoreFile, Tokenizer, Writer
 from goalscope.cli.terminal import model_names, opened_model, say
 
@@ -134,7 +133,6 @@ def doctor(
                 report["prompt speed (tokens/s)"] = round(512 / engine.speaker.prompt_seconds())
     except GoalscopeError as error:
         problems.append(str(error))
-    report["cache folder"] = str(user_cache())
     try:
         with Store.open(store) as opened:
             report["store"] = opened.place

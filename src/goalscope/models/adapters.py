@@ -22,6 +22,10 @@ logging.getLogger("gguf").setLevel(logging.WARNING)
 _BLOCK = 32
 """Numbers of a row that share one scale in Q8_0."""
 
+SHIPPED: Mapping[str, Path] = {
+    name: Path(__file__).parent / name / "adapter.gguf" for name in ("general", "reader", "writer")
+}
+"""The files of the adapters that ship with goalscope for the embedded model, by their names."""
 
 NO_ADAPTER = "none"
 """The value in place of an adapter's name for "no adapter"."""
@@ -101,18 +105,13 @@ def shipped(name: str = "general") -> Path | None:
         name: "general" for the likelihood of people's words, "reader" for reading, "writer" for
             goals, needs and questions.
     """
-    path = _shipped_path(name)
+    path = SHIPPED[name]
     return path if path.is_file() else None
 
 
 def lost_adapters() -> list[Path]:
     """Files of shipped adapters that are missing."""
-    paths = map(_shipped_path, ("general", "reader", "writer"))
-    return [path for path in paths if not path.is_file()]
-
-
-def _shipped_path(name: str) -> Path:
-    return Path(__file__).parent / name / "adapter.gguf"
+    return [path for path in SHIPPED.values() if not path.is_file()]
 
 
 def adapter_file(name: str | Path) -> Path:
