@@ -18,7 +18,7 @@ from jinja2.nodes import Node, Scope
 from jinja2.parser import Parser
 from jinja2.sandbox import ImmutableSandboxedEnvironment
 
-from goalscope.base.types import InvalidInputError, Message, ModelError
+from goalscope.base.types import Message, ModelError, readable
 
 _SENTINEL = "\ue000{}\ue001"
 _SENTINEL_PATTERN = re.compile("\ue000([0-9]+)\ue001")
@@ -264,12 +264,7 @@ class ChatTokenizer:
 
     def _tokenize_text(self, text: str) -> tuple[int, ...]:
         """Ids of content; names of special tokens are cut in two, so that they stay plain text."""
-        try:
-            text.encode()
-        except UnicodeEncodeError as error:
-            raise InvalidInputError(
-                f"The text has an invalid character (a lone surrogate) at position {error.start}."
-            ) from None
+        readable(text, "text")
         cuts = [0, *(match.start() + 1 for match in self._marks.finditer(text)), len(text)]
         pieces = [text[a:b] for a, b in pairwise(cuts) if a < b]
         return tuple(token for piece in pieces for token in self._encode(piece, markup=False))

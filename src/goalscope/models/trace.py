@@ -21,12 +21,7 @@ from typing import Any, Literal, TypeVar, cast, get_args
 import numpy as np
 
 from goalscope.base.arrays import Array
-from goalscope.base.types import (
-    GoalscopeError,
-    InvalidInputError,
-    Message,
-    UnreadableAnswerError,
-)
+from goalscope.base.types import GoalscopeError, InvalidInputError, Message, UnreadableAnswerError
 from goalscope.models import Completion, model_name
 
 TracedModule = Literal[

@@ -6,14 +6,7 @@ from collections.abc import Sequence
 from dataclasses import fields
 from typing import Annotated, Any, Literal
 
-from pydantic import (
-    AfterValidator,
-    AliasPath,
-    BaseModel,
-    BeforeValidator,
-    Field,
-    computed_field,
-)
+from pydantic import AfterValidator, AliasPath, BaseModel, BeforeValidator, Field, computed_field
 
 from goalscope.agent import round as episodes
 from goalscope.agent.agent import NO_GOAL
