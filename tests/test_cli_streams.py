@@ -184,3 +184,32 @@ def test_the_home_folder_is_found_without_a_shell(
 ) -> None:
     monkeypatch.setenv("HOME", str(tmp_path))
     assert _at_home(given) == given.replace("~", str(tmp_path))
+
+
+def test_no_process_that_a_command_starts_runs_code_of_the_current_folder(tmp_path: Path) -> None:
+    """Anybody may have written that folder; Python's own helpers import from it by default."""
+    here = tmp_path / "strange"
+    here.mkdir()
+    for name in ("gguf", "multiprocessing", "pickle", "runpy", "signal", "sitecustomize"):
+        (here / f"{name}.py").write_text(f"open({str(tmp_path / 'run')!r}, 'a').write('{name} ')")
+    entry = tmp_path / "goalscope"  # as pip makes it: the first of sys.path is its own folder
+    entry.write_text(
+        "from concurrent.futures import ProcessPoolExecutor\n"
+        "from multiprocessing import Lock, get_context\n"
+        "import goalscope.cli.main as cli\n"
+        "def app():\n"
+        "    Lock()  # as a progress bar of transformers makes it\n"
+        "    with ProcessPoolExecutor(1, get_context('spawn')) as pool:\n"
+        "        assert pool.submit(abs, -1).result(60) == 1\n"
+        "cli.app = app\n"
+        "if __name__ == '__main__':\n"
+        "    cli.main()\n"
+    )
+    environment = {**os.environ, "PYTHONPATH": SOURCE, "HOME": str(tmp_path)}
+    environment.pop("PYTHONSAFEPATH", None)
+    done = subprocess.run(
+        [sys.executable, entry], cwd=here, env=environment, capture_output=True, text=True,
+        check=False,
+    )  # fmt: skip
+    assert not (tmp_path / "run").exists(), (tmp_path / "run").read_text()
+    assert (done.returncode, done.stderr) == (0, "")

@@ -185,6 +185,7 @@ def main() -> None:
     except RuntimeError:
         os.environ["HOME"] = str(NOWHERE)  # for libraries that would fail without one
     os.environ.setdefault("TQDM_DISABLE", "1")  # goalscope has progress bars of its own
+    os.environ["PYTHONSAFEPATH"] = "1"  # no process begun here imports from this folder, anybody's
     log = logging.StreamHandler()
     log.setFormatter(_Lines(logging.BASIC_FORMAT))
     logging.basicConfig(level=logging.WARNING, handlers=[log])  # before a library sets its own
