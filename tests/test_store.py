@@ -257,14 +257,22 @@ def test_a_damaged_file_is_explained(tmp_path):
         Store.open(tmp_path / "text.db")
 
 
-def test_a_sound_file_of_a_newer_sqlite_is_not_called_damaged(tmp_path):
+@pytest.mark.parametrize(
+    ("change", "said"),
+    [
+        ("UPDATE sqlite_master SET sql = sql || ' FANCY'", r"older than the one.*3\.37"),
+        ("UPDATE sqlite_master SET rootpage = 99999", "It is damaged"),
+        ("DELETE FROM sqlite_master", "It is damaged"),  # but the table's index
+    ],
+)
+def test_a_sound_file_of_a_newer_sqlite_is_not_called_damaged(tmp_path, change, said):
     file = tmp_path / "s.db"
     Store.open(file).close()
     with closing(sqlite3.connect(file)) as connection:
         connection.execute("PRAGMA writable_schema = ON")
-        connection.execute("UPDATE sqlite_master SET sql = sql || ' FANCY' WHERE name = 'about'")
+        connection.execute(f"{change} WHERE name = 'about'")
         connection.commit()
-    with pytest.raises(GoalscopeError, match=r"older than the one that made it.*3\.37"):
+    with pytest.raises(GoalscopeError, match=said):
         Store.open(file)
 
 

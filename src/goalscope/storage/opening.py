@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import logging
 import os
+import re
 import sqlite3
 import time
 from collections.abc import Callable, Generator
@@ -282,7 +283,8 @@ def _prepare(engine: Engine, name: str) -> None:
 
 
 def _has_tables(connection: Connection, name: str) -> bool:
-    if not inspect(connection).has_table(SCHEMA.name):
+    # By a query: in an older SQLite, PRAGMA table_info misses what another connection made.
+    if SCHEMA.name not in inspect(connection).get_table_names():
         return False
     version = connection.scalar(select(SCHEMA.c.version_num))
     if version != SCHEMA_VERSION:
@@ -320,7 +322,7 @@ def explained(place: str | Path) -> Generator[None]:
 
 def _advice(cause: BaseException, said: str) -> str:
     if isinstance(cause, sqlite3.Error):
-        if "malformed database schema" in said:  # sound, with what this SQLite cannot read
+        if re.search(r"malformed database schema(?!.*(rootpage|orphan))", said):  # sound otherwise
             return (
                 f"SQLite {sqlite3.sqlite_version} is older than the one that made it (STRICT "
                 "tables need 3.37): install a newer one, or name another file."
