@@ -22,7 +22,8 @@ from test_study_web import WEB
 
 pytestmark = needs_chromium
 
-PLAN = replace(WEB, items_per_participant=5)
+BACK = "https://panel.example/done?cc=A1&x=(b)"
+PLAN = replace(WEB, items_per_participant=5, thanks=f"Go back: {BACK}. Not javascript:alert(1)!")
 COUNT = 5
 
 
@@ -125,6 +126,8 @@ def test_from_consent_to_the_end_with_every_mishap(file: Path, address: str, ent
 
     expect(page.get_by_role("heading", name="Thank you")).to_be_visible()
     expect(page.get_by_text(PLAN.thanks)).to_be_visible()
+    expect(page.locator("p.text a")).to_have_text([BACK])
+    expect(page.get_by_role("link", name=BACK)).to_have_attribute("href", BACK)
 
     with Store.open(file) as store:
         studies = StudyStore(store)

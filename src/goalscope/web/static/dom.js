@@ -3,6 +3,8 @@
 const SVG = "http://www.w3.org/2000/svg";
 /** Marks that nobody sees and that can reorder a line; joiners and signs of numbers are none. */
 const INVISIBLE = /(?![\u200c\u200d\u0600-\u0605\u06dd\u070f\u0890\u0891\u08e2])\p{Cf}/gu;
+/** A web address, without the punctuation after it; brackets in it are closed in it. */
+const ADDRESS = /(https?:\/\/(?:[^\s<>"'()]|\([^\s<>"'()]*\))*(?:[^\s<>"'().,;:!?]|\([^\s<>"'()]*\)))/gu;
 
 /**
  * An element. Functions become listeners ("onclick"); null and false omit an attribute.
@@ -50,6 +52,11 @@ export function arrange(parent, children) {
     if (parent.children[place] !== child) parent.insertBefore(child, parent.children[place] ?? null);
   });
   while (parent.children.length > children.length) parent.lastElementChild.remove();
+}
+
+/** The parts of a text; its web addresses are links. */
+export function linked(text) {
+  return text.split(ADDRESS).map((part, at) => (at % 2 ? h("a", { href: part }, part) : part));
 }
 
 /** Text for screen readers only. */

@@ -1,7 +1,7 @@
 /** A study: consent, instructions, one question after the other, and thanks at the end. */
 
 import "./keys.js";
-import { h } from "./dom.js";
+import { h, linked } from "./dom.js";
 import { drafts } from "./drafts.js";
 import { statusView } from "./status.js";
 import { api, Keeper, otherwise, same } from "./study_api.js";
@@ -31,7 +31,7 @@ function paragraphs(text) {
   return text
     .trim()
     .split(/\n\s*\n/)
-    .map((each) => h("p", { class: "text" }, each));
+    .map((each) => h("p", { class: "text" }, ...linked(each)));
 }
 
 function page(title, ...children) {
