@@ -50,10 +50,27 @@ def on_files(files: Any, config: Any) -> Any:
 
 
 def on_page_markdown(markdown: str, page: Any, **_: Any) -> str:
-    """Turn links to files of the repository into links to their pages; give tables more room."""
+    """Turn links to files of the repository into links to their pages; give tables more room.
+
+    The reference gets the docstrings of the modules that it lists.
+    """
     if page.file.src_uri.startswith("results"):
         page.meta["hide"] = ["toc"]
+    if page.file.src_uri == "reference.md":
+        markdown = re.sub(MODULE, documented, markdown)
     return relinked(markdown, page.file.src_uri)
+
+
+MODULE = r"(?m)^- \[`(goalscope[\w.]*)`\]\((\S+)\): (.*)$"
+"""An entry of the reference: a module, its file, and the first line of its docstring."""
+MEMBERS = {"goalscope.models.opening": "[open_model, ModelSet]"}
+"""Of modules of which the reference shows not all."""
+
+
+def documented(entry: re.Match[str]) -> str:
+    """The docstrings of a module, in place of its entry."""
+    members = MEMBERS.get(entry[1])
+    return f"::: {entry[1]}\n" + (f"    options: {{members: {members}}}\n" if members else "")
 
 
 def relinked(markdown: str, uri: str) -> str:

@@ -240,12 +240,15 @@ def test_links_of_the_repository_become_links_of_the_site(
 
 def test_the_reference_has_every_public_name() -> None:
     text = (DOCS / "reference.md").read_text(encoding="utf-8")
-    documented = {
-        name
-        for module in re.findall(r"^::: (\S+)", text, re.M)
-        for name in vars(import_module(module))
-    }
+    listed = re.findall(GENERATE.MODULE, text)
+    documented = {name for module, _, _ in listed for name in vars(import_module(module))}
     assert set(goalscope.__all__) - documented == set()
+    for module, file, told in listed:  # as the repository shows it
+        assert (DOCS / file).resolve() == Path(import_module(module).__file__ or "")
+        assert told == (import_module(module).__doc__ or "").splitlines()[0]
+    shown = re.sub(GENERATE.MODULE, GENERATE.documented, text)  # as the site does
+    assert [f"::: {module}" for module, _, _ in listed] == re.findall("(?m)^::: .*$", shown)
+    assert ":::" not in text
 
 
 def test_the_picture_is_of_the_example_beside_it() -> None:
