@@ -103,6 +103,14 @@ def test_role_play_adds_up_turns_and_is_calibrated_as_its_cell_says() -> None:
     assert row(dialogues_table(last), "goalscope, Eq. 1", "2") == second
 
 
+def test_a_calibration_saved_meanwhile_changes_no_experiment_under_way() -> None:
+    other = asdict(Calibration(temperature=0.3, prior_unspecified=0.1))
+    first, *others = DIALOGUES
+    mixed = [first, *((spec, {**result, "calibration": other}) for spec, result in others)]
+    assert others
+    assert dialogues_table(mixed) == dialogues_table(DIALOGUES)
+
+
 def test_goals_that_an_adapter_was_fitted_on_are_shown_apart() -> None:
     cells = [
         dialogue(1, 0, 1, seen=True, **{"role-play": [SURE]}),

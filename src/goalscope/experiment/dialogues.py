@@ -39,7 +39,7 @@ from goalscope.experiment.summary import (
 )
 
 GOALSCOPE = "goalscope"
-"""With the calibration known at the time of the measurement."""
+"""With the calibration known at the first measurement."""
 
 AS_IN_PAPER = "goalscope, Eq. 1"
 """Bayes' rule as it stands in the paper."""
@@ -163,8 +163,9 @@ TURNS = (1, 2, 3, 4, 5, None)
 NOTES = (
     "n is the number of dialogues that have the turn; at the turn called last, each has its own. "
     "All up to the calibration error is among the goals, without Unspecified.",
-    f"{GOALSCOPE}: with the calibration known when it was measured; {AS_IN_PAPER}: Bayes' rule as "
-    "it stands in the paper; goal seen: where the adapter was fitted on the text of the true goal.",
+    f"{GOALSCOPE}: with the calibration known when the first was measured; {AS_IN_PAPER}: Bayes' "
+    "rule as it stands in the paper; goal seen: where the adapter was fitted on the text of the "
+    "true goal.",
     "Intervals are 95 %, by a bootstrap that resamples whole groups of dialogues that share "
     f"people. Log-loss is in nats. {NO_INTERVAL}",
     "ECE: expected calibration error; only above the errors of a perfectly calibrated forecaster "
@@ -248,10 +249,6 @@ def _calibration_error(records: Sequence[Record]) -> Row:
     return {"ECE": made.ece, "if calibrated, from": made.band.low, "to": made.band.high}
 
 
-def _open_set(records: Sequence[Record]) -> Row:
-    return {"AUROC": area(records)} if any("absent" in each for each in records) else {}
-
-
 COLUMNS: tuple[Columns, ...] = (
     count(),
     average("top-1", "top1", "percent"),
@@ -259,7 +256,7 @@ COLUMNS: tuple[Columns, ...] = (
     average("log-loss", "log_loss"),
     average("Brier", "brier"),
     _calibration_error,
-    _open_set,
+    lambda turns: {"AUROC": area(turns)} if any("absent" in each for each in turns) else {},
     average("leads if absent", "leads_absent", "percent"),
     average("leads if present", "leads_present", "percent"),
 )
@@ -385,21 +382,22 @@ def _records(cells: Sequence[Measured]) -> Iterator[Record]:
     """Score the belief of each predictor."""
     known = {result["seen"] for _, result in cells if result.get("seen") is not None}
     names = short_names({name for _, result in cells for name in result.get("methods", {})})
+    begun = next((result["calibration"] for _, result in cells if result.get("role-play")), None)
+    own = calibration_from_json(begun) if begun else PAPER  # of all, if another is saved meanwhile
     for cell in cells:
         spec, result = cell
         goals, turns = len(spec["case"]["goals"]), len(spec["case"]["turns"])
         yield from _scored(UNIFORM, cell, np.full((turns, goals), -np.log(goals)))
         if result.get("role-play"):
-            own = calibration_from_json(result["calibration"])
             yield from _scored(GOALSCOPE, cell, role_play(result, own), own)
             yield from _scored(AS_IN_PAPER, cell, role_play(result, PAPER), PAPER)
             if len(known) == 2 and result.get("seen") is not None:
                 yield from _scored(SEEN[result["seen"]], cell, role_play(result, own))
         answers = result.get("outright") or ()
         yield from _scored(OUTRIGHT, cell, [outright_belief(each, goals) for each in answers])
-        own = {names[name]: each for name, each in result.get("methods", {}).items()}
+        methods = {names[name]: each for name, each in result.get("methods", {}).items()}
         listed = {LETTERS: result.get("letters")}
-        for name, beliefs in {**result.get("fitted", {}), **own, **listed}.items():
+        for name, beliefs in {**result.get("fitted", {}), **methods, **listed}.items():
             yield from _scored(name, cell, np.array(beliefs or []))
     for predictor in (GOALS_ALONE, *SIMILARITIES):
         likes = [(cell, table) for cell in cells if (table := likeness(cell, predictor)).size]
