@@ -250,10 +250,6 @@ def test_episodes_go_by_what_tells_them_apart(changes, width, words):
     assert ("score" in text) is (changes.get("score", 0.75) is not None)
 
 
-def test_an_empty_store_is_told_in_a_sentence():
-    assert drawn(show_episodes, []) == "There are no episodes yet. `goalscope chat` starts one.\n"
-
-
 def test_people_read_the_name_by_which_they_know_the_embedded_model() -> None:
     filed = Weights(embedded_path(), vocabulary_only=True).metadata("general.name")
     assert model_shown(f"writer and {filed}") == "writer and SmolLM2-135M-Instruct"

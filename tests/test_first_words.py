@@ -84,7 +84,8 @@ def test_the_terminal_filters_by_words_and_domain(tmp_path: Path) -> None:
     assert "Make tea" in shown.stdout
     assert "Swim" not in shown.stdout
     none = run("episodes", "--store", file, "--text", "coffee")
-    assert none.stdout == "No stored episode fits. `goalscope episodes` lists them all.\n"
+    listing = f"`goalscope episodes --store {file}`"
+    assert none.stdout == f"No stored episode fits. {listing} lists them all.\n"
 
 
 @needs_chromium

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import html
 import re
+import shlex
 import unicodedata
 from collections.abc import Set
 from pathlib import PurePath
@@ -138,6 +139,11 @@ def terminal_safe(text: str, style: str = "") -> Text:
     lines = text.replace("\t", " ").replace("\r\n", "\n").split("\n")
     shown = (without_invisible(line, "\N{REPLACEMENT CHARACTER}") for line in lines)
     return Text("\n".join(shown), style)
+
+
+def command_line(*words: object) -> str:
+    """The command line of goalscope with these words, quoted for a shell."""
+    return shlex.join(["goalscope", *map(str, words)])
 
 
 def domain_shown(name: str) -> str:

@@ -88,7 +88,7 @@ def chat(
     from goalscope.envs import completion_phrase
     from goalscope.envs.registry import profile_named
     from goalscope.models.trace import tracing
-    from goalscope.storage.session import Session, more_rounds, saved_settings
+    from goalscope.storage.session import Session, saved_settings
     from goalscope.storage.store import Store
 
     out = console()
@@ -109,7 +109,7 @@ def chat(
         if info:
             _refuse_other_options(context, info)
             options.check_picture(picture, info.domain)
-            settings = saved_settings(info, rounds=rounds)
+            settings = saved_settings(episodes, info, rounds=rounds)
         else:
             settings = options.episode_settings(context, rounds=rounds or Settings().rounds)
         profile = info.profile if info else None
@@ -131,9 +131,8 @@ def chat(
                 understood=understood,
             )
             display.show_header(out, session.info)
-            told = (
-                f'"{completion_phrase(env)}" ends the task; "quit" leaves, and you can go on later'
-            )
+            told = f'"{completion_phrase(env)}" ends the task; '
+            told += '"quit" leaves, and you can go on later'
             told += '; "/help" shows how to correct the goals' * session.agent.belief.inferred
             out.print(f"{told}.", style="dim")
             for round in session.earlier:
@@ -143,7 +142,7 @@ def chat(
                 display.show_belief(out, session.agent.belief, before)
             draw = _drawing(env, settings.domain, picture)
             try:
-                with _resumable(session), busy:
+                with _resumable(session, picture=picture, trace=trace), busy:
                     for round in session.run():
                         display.show_done(out, round)
                         draw()
@@ -152,7 +151,7 @@ def chat(
                 raise typer.Exit from None
             display.show_summary(out, session.info)
             if session.info.ended != "terminated":
-                say(more_rounds(session.info, settings.rounds))
+                say(f"To continue, run `{session.resuming(picture=picture, trace=trace)}`.")
 
 
 def run(
@@ -234,7 +233,8 @@ def run(
                 with _environment(settings, person) as env:
                     session = Session(episodes, settings, env, engine, profile=person.name)
                     draw = _drawing(env, settings.domain, file)
-                    scored.append(_run_one(session, draw, quiet=as_json, brief=has_many))
+                    with _resumable(session, picture=file, trace=trace):
+                        scored.append(_run_one(session, draw, quiet=as_json, brief=has_many))
                 if as_json and has_many:
                     typer.echo(f"{len(scored)} of {len(people)}: {person.name}", err=True)
     finally:  # one JSON value, also of what was done before an interruption
@@ -254,7 +254,7 @@ def _run_one(session: Session, draw: Callable[[], None], *, quiet: bool, brief: 
     has_rounds = not (quiet or brief)
     if has_rounds:
         display.show_header(out, session.info)
-    with _resumable(session), spinner(out, "") as busy:
+    with spinner(out, "") as busy:
         busy.update(terminal_safe(f"{session.info.profile}: round 1"))
         for round in session.run():
             busy.update(terminal_safe(f"{session.info.profile}: round {round.number + 1}"))
@@ -404,10 +404,8 @@ def _drawing(env: Environment, domain: str, file: Path | None) -> Callable[[], N
 
 
 @contextmanager
-def _resumable(session: Session) -> Generator[None]:
-    """Print how to resume an interrupted episode."""
-    from goalscope.storage.session import resuming
-
+def _resumable(session: Session, **written: Path | None) -> Generator[None]:
+    """Print how to resume an interrupted episode, and to go on with what is `written`."""
     try:
         yield
     except (KeyboardInterrupt, EOFError, GoalscopeError):
@@ -416,13 +414,14 @@ def _resumable(session: Session) -> Generator[None]:
             kept = (
                 f"Episode {session.id} is saved, with "
                 f"{pluralize(session.info.rounds, 'finished round')}. Resume it with: "
-                f"{resuming(session.info)}"
+                f"{session.resuming(**written)}"
             )
-        typer.echo(f"\n{kept}", err=True)
+        say(f"\n{kept}", stderr=True)
         raise
 
 
 def _outcome_json(info: EpisodeInfo, outcome: Outcome | None) -> dict[str, Any]:
+    parts = ("needs", "needs_met", "violated", "unwanted")
     return {
         "profile": info.profile,
         "method": info.method,
@@ -432,8 +431,5 @@ def _outcome_json(info: EpisodeInfo, outcome: Outcome | None) -> dict[str, Any]:
         "rounds": info.rounds,
         "terminated": info.ended == "terminated",
         "episode": info.id,
-        "needs": outcome and outcome.needs,
-        "needs_met": outcome and outcome.needs_met,
-        "violated": outcome and outcome.violated,
-        "unwanted": outcome and outcome.unwanted,
+        **{name: outcome and getattr(outcome, name) for name in parts},
     }

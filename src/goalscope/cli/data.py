@@ -34,16 +34,10 @@ def list_datasets(folder: Data = None, as_json: Json = False) -> None:
         return folder is not None and (folder / path).is_file()
 
     if as_json:
-        rows = [
-            asdict(dataset)
-            | {
-                "files": {
-                    split: {"path": path, "there": there(path)}
-                    for split, path in dataset.files.items()
-                }
-            }
-            for dataset in DATASETS.values()
-        ]
+        rows = [asdict(dataset) for dataset in DATASETS.values()]
+        for row in rows:
+            files = row["files"].items()
+            row["files"] = {key: {"path": path, "there": there(path)} for key, path in files}
         print(json.dumps(rows))
         return
     for dataset in DATASETS.values():

@@ -14,7 +14,7 @@ from rich.table import Table
 from rich.text import Text
 
 from goalscope.base.text import domain_shown, model_shown, terminal_safe
-from goalscope.base.types import TRACKING, UNSPECIFIED, Goal
+from goalscope.base.types import TRACKING, UNSPECIFIED, Goal, pluralize
 from goalscope.language.orders import order_in_words
 
 if TYPE_CHECKING:
@@ -72,22 +72,18 @@ def show_understood(
     if round.belief.goals:
         show_belief(console, round.belief, previous)
     signs = {"added": Text("+", "green"), "removed": Text("-", "red"), "pinned": Text("!", "cyan")}
-    rows: list[tuple[Text, Text]] = []
-    for change in round.changes:
-        reason = terminal_safe(f"  {change.reason}", "dim")
-        rows.append((signs[change.kind], terminal_safe(change.goal.text).append_text(reason)))
-    _rows(console, rows, "Goals")
+    changes = [(signs[each.kind], _beside(each.goal.text, each.reason)) for each in round.changes]
+    _rows(console, changes, "Goals")
 
 
 def show_done(console: Console, round: Round) -> None:
     """Draw the actions of a round, the status after them, and the notes."""
-    rows: list[tuple[Text, Text]] = []
-    for result in round.results:
-        line, more, _ = result.observation.partition("\n")
-        said = terminal_safe(f"  {line} ..." if more else f"  {line}", "dim")
-        action = terminal_safe(str(result.action)).append_text(said)
-        rows.append((_mark(console, result.ok), action))
-    _rows(console, rows, f"Actions (replanned {round.replans}x)" if round.replans else "Actions")
+    title = f"Actions (replanned {round.replans}x)" if round.replans else "Actions"
+    done = [
+        (_mark(console, each.ok), _beside(str(each.action), each.observation))
+        for each in round.results
+    ]
+    _rows(console, done, title)
     if round.status:
         status = terminal_safe(round.status)
         console.print(Panel(status, title="Status", title_align="left", style="dim"))
@@ -108,10 +104,8 @@ def show_summary(
         needs = f"needs {outcome.needs_met} of {outcome.needs}"
         score = f", {needs}, violated {outcome.violated}{unwanted}: score {outcome.score:.2f}"
     took = "" if seconds is None else f", {seconds:.1f} s"
-    noun = "round" if info.rounds == 1 else "rounds"
-    console.print(
-        Text(f"Episode {info.id}: {info.ending} after {info.rounds} {noun}{score}{took}", "bold")
-    )
+    ended = f"{info.ending} after {pluralize(info.rounds, 'round')}"
+    console.print(Text(f"Episode {info.id}: {ended}{score}{took}", "bold"))
 
 
 def show_outcome(console: Console, checks: Sequence[Mapping[str, Any]], outcome: Outcome) -> None:
@@ -158,9 +152,6 @@ def show_episodes(console: Console, infos: Sequence[EpisodeInfo]) -> None:
 
     What the person said first is cut to the cells that are left.
     """
-    if not infos:
-        console.print("There are no episodes yet. `goalscope chat` starts one.")
-        return
     columns: dict[str, list[str]] = {
         "id": [info.id for info in infos],
         "started (UTC)": [info.created[:16].replace("T", " ") for info in infos],
@@ -305,6 +296,12 @@ def _listed(value: object) -> str:
     return (
         ", ".join(map(str, cast("list[object]", value))) if isinstance(value, list) else str(value)
     )
+
+
+def _beside(text: str, more: str) -> Text:
+    """A text, and dim beside it the first line of another one."""
+    line, cut, _ = more.partition("\n")
+    return terminal_safe(text).append_text(terminal_safe(f"  {line}{' ...' * bool(cut)}", "dim"))
 
 
 def _rows(console: Console, rows: Sequence[tuple[Text, Text]], title: str = "") -> None:

@@ -43,7 +43,9 @@ def episodes(
     if as_json:
         print(json.dumps([asdict(info) | {"model": model_shown(info.model)} for info in infos]))
     elif not infos and (text or domain):
-        say("No stored episode fits. `goalscope episodes` lists them all.")
+        say(f"No stored episode fits. `{opened.command('episodes')}` lists them all.")
+    elif not infos:
+        say(f"There are no episodes yet. `{opened.command('chat')}` starts one.")
     else:
         show_episodes(console(), infos)
 
@@ -143,7 +145,7 @@ def _later_corrections(store: Store, info: EpisodeInfo) -> str:
     if not said:
         return ""
     return (
-        f"Corrected since the last round: {'; '.join(said)}. `{resuming(info)}` shows the "
+        f"Corrected since the last round: {'; '.join(said)}. `{resuming(store, info)}` shows the "
         "corrected belief, and /why NUMBER explains it."
     )
 

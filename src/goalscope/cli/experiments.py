@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import os
-import shlex
 import sys
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from goalscope.base.text import command_line
 from goalscope.base.types import GoalscopeError, InvalidInputError, pluralize
 from goalscope.cli.options import (
     Adapter,
@@ -279,7 +279,7 @@ def _run(
             f"Cannot create the folder {path.parent}: {error.strerror or error}. Name another "
             "one with --results."
         ) from None
-    command = shlex.join(["goalscope", *sys.argv[1:]])
+    command = command_line(*sys.argv[1:])
     failed: list[str] = []
     done = total = 0
     with loading():
@@ -294,14 +294,10 @@ def _run(
                     done, total = step.done, step.total
                     show(done, total)
                     if step.cell is None:
-                        cells = pluralize(total, "cell")
-                        told = (
-                            f"Nothing is missing: {path} has all {cells}."
-                            if done == total
-                            else f"Missing: {total - done:,} of {cells}. Results are saved in "
-                            f"{path} as they come, and the same command continues."
-                        )
-                        print(told, file=sys.stderr, flush=True)
+                        left = f"Missing: {total - done:,} of {pluralize(total, 'cell')}. Results "
+                        left += f"are saved in {path} as they come, and the same command continues."
+                        whole = f"Nothing is missing: {path} has all {pluralize(total, 'cell')}."
+                        print(left if done < total else whole, file=sys.stderr, flush=True)
                         kept.describe(
                             {"name": plan.name, "title": plan.title, "source": plan.source}
                         )
@@ -316,8 +312,7 @@ def _run(
         cells = kept.planned([*specs, *judging(plan, planned)])
         show_tables(tables_of(cells), as_json)
     if done and not as_json:
-        drawing = shlex.join(["goalscope", "report", str(path)])
-        typer.echo(f"Figures: {drawing} draws them.", err=True)
+        typer.echo(f"Figures: {command_line('report', path)} draws them.", err=True)
     if failed:
         raise GoalscopeError(
             f"{len(failed)} of {pluralize(total, 'cell')} failed, for example: {failed[0]} "

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import shlex
 import sys
 from collections.abc import Mapping
 from pathlib import Path
@@ -12,6 +11,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from goalscope.base.optional_packages import package
+from goalscope.base.text import command_line
 from goalscope.base.types import InvalidInputError, pluralize
 from goalscope.cli.options import Data, Json, Layout, Seed
 from goalscope.cli.terminal import loading, model_names, progress, say
@@ -110,7 +110,7 @@ def fit(
     base, layout = base_of(model), layout or DEFAULT_LAYOUT
     plan = Plan(read, out, settings, start=begin, layout=layout, base=base)
     engine = engine_of(model, device)
-    command = shlex.join(["goalscope", *sys.argv[1:]])
+    command = command_line(*sys.argv[1:])
     began = False
     try:
         with progress("Steps") as show:
@@ -139,6 +139,9 @@ def fit(
         print(json.dumps(facts))
     else:
         _show(facts, out)
+        base = ("--model", model_names(model)["model"]) if model else ()
+        use = command_line("infer", "FILE", "--out", "OUT", "--adapter", out, *base)
+        say(f"Use it with: {use}", "dim", stderr=True)
 
 
 def base_of(model: str | None) -> str:
@@ -164,7 +167,7 @@ def engine_of(model: str | None, device: str | None) -> Transformers:
 
 
 def _show(facts: Mapping[str, Any], out: Path) -> None:
-    """Print the figures of a finished fit, and how to use the adapter."""
+    """Print the figures of a finished fit."""
     best, first, number = facts["best"], facts["history"][0], facts["validated"]
     figures = (("log-loss", "log_loss", ".3f"), ("top-1", "top1", ".0%"), ("AUROC", "auroc", ".3f"))
     told = ", ".join(f"{name} {best[k]:{form}} ({first[k]:{form}})" for name, k, form in figures)
@@ -178,4 +181,3 @@ def _show(facts: Mapping[str, Any], out: Path) -> None:
     if not best["step"]:
         none = "No step lowered the loss, so the adapter has the weights that it started from."
         say(none, stderr=True)
-    say(f"Use it with: goalscope infer FILE --out OUT --adapter {out}", "dim", stderr=True)

@@ -41,8 +41,9 @@ def _interrupted(error: BaseException | None) -> bool:
 
 
 def _print_error(text: str) -> None:
+    line = " ".join(filter(None, map(str.strip, text.splitlines())))
     with suppress(OSError):  # the exit code still tells
-        typer.echo(terminal_safe("Error: " + " ".join(text.split())).plain, err=True)
+        typer.echo(terminal_safe(f"Error: {line}").plain, err=True)
 
 
 def _explained(error: OSError) -> str:

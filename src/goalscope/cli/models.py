@@ -8,7 +8,7 @@ from typing import Annotated, Any, cast
 import typer
 
 from goalscope.base.optional_packages import EXTRAS, remedy
-from goalscope.base.text import model_shown
+from goalscope.base.text import command_line, model_shown
 from goalscope.base.types import GoalscopeError, InvalidInputError
 from goalscope.cli.options import Adapter, Json, Model, Scorer, StoreFile, Tokenizer, Writer
 from goalscope.cli.terminal import model_names, opened_model, say
@@ -78,7 +78,7 @@ def pull(
         raise InvalidInputError(f"{repository} is not a repository of the form OWNER/NAME.")
     path = pull_file(repository, file)
     print(path)
-    say(f"Use it with: goalscope chat --model {path}", "dim", stderr=True)
+    say(f"Use it with: {command_line('chat', '--model', path)}", "dim", stderr=True)
 
 
 def doctor(

@@ -56,8 +56,8 @@ def new(
     people = -(-len(found) * plan.ratings_per_item // min(plan.items_per_participant, len(found)))
     told = (
         f"Study {plan.name} has {pluralize(len(found), 'episode')} to rate, which takes at "
-        f"least {_people(people)}. `goalscope serve` serves it. Give each participant a link "
-        f"with their own id: /study/{plan.name}?id=..."
+        f"least {_people(people)}. `{opened.command('serve')}` serves it. Give each participant a "
+        f"link with their own id: /study/{plan.name}?id=..."
     )
     if real := sum(info.profile is None for info in found):
         told += (
@@ -73,7 +73,7 @@ def list_studies(store: StoreFile = None, as_json: Json = False) -> None:
     from goalscope.experiment.summary import Row, Table
 
     rows: list[Row] = []
-    with _opened(store) as (_, studies):
+    with _opened(store) as (opened, studies):
         for each in studies.all():
             people = studies.participants(each)
             rows.append({
@@ -84,7 +84,7 @@ def list_studies(store: StoreFile = None, as_json: Json = False) -> None:
     if rows or as_json:
         show_tables([Table("studies", "Studies", rows)], as_json)
     else:
-        print("There are no studies yet. `goalscope study new FILE` creates one.")
+        say(f"There are no studies yet. `{opened.command('study', 'new', 'FILE')}` creates one.")
 
 
 @study.command()

@@ -9,6 +9,7 @@ from importlib import resources
 from pathlib import Path
 
 from goalscope.base.inputs import nearest, read_table, shown
+from goalscope.base.text import command_line
 from goalscope.base.types import InvalidInputError
 from goalscope.datasets.case import Case
 from goalscope.datasets.desks import hint3, multidogo, sgd
@@ -56,8 +57,8 @@ class Dataset:
         if not file.is_file():
             raise InvalidInputError(
                 f"{self.title} ({split}) is missing: there is no file {file}. It is "
-                f"{self.what}; it comes from {self.source}. Put it there. `goalscope data "
-                "list` lists the files."
+                f"{self.what}; it comes from {self.source}. Put it there. "
+                f"`{command_line('data', 'list', '--data', folder)}` lists the files."
             )
         return file
 

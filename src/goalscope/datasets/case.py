@@ -151,7 +151,7 @@ EXPECTED = (
     'A line is a dialogue: {"id": "1", "task": "...", "turns": [{"query": "...", "utterance": '
     '"..."}], "goals": ["...", "..."]}.'
 )
-EXPORT = "`goalscope data export SET` writes such a file of a public dataset."
+EXPORT = "`goalscope data export SET --out FILE` writes such a file of a public dataset."
 
 
 @dataclass(frozen=True, slots=True)

@@ -230,7 +230,7 @@ class Fit:
                 raise diverged(self.step)
             raise GoalscopeError(
                 "The model's log-probabilities are not finite. Test the model with "
-                "`goalscope models check`."
+                "`goalscope models check MODEL`."
             )
         scores = _scores([table.double().cpu() for table in tables], self._validation)
         found = Validation(self.step, training, float(np.mean(losses)), *scores)

@@ -166,7 +166,7 @@ class TokenScorer(ABC):
     @property
     def remedy(self) -> str:
         """The remedy for answers that are not log-probabilities."""
-        return "Run `goalscope models check` for details."
+        return "Run `goalscope models check MODEL` for details."
 
     def count_tokens(self, messages: Sequence[Message]) -> int:
         """Number of tokens of the rendered chat, up to where the assistant's words begin."""

@@ -71,6 +71,14 @@ def default_place() -> str:
     return given or str(user_data() / "episodes.db")
 
 
+def pasted(place: str | Path) -> str:
+    """A database as a command line names it in any folder; PASSWORD stands for a password."""
+    if "://" not in str(place):
+        return str(Path(place).expanduser().absolute())
+    url = make_url(str(place)).difference_update_query(["password"])
+    return url.render_as_string().replace(":***@", ":PASSWORD@", 1)
+
+
 def opened(place: str | Path) -> tuple[str, Engine]:
     """Open a database; returns its name in messages, without password, and its engine.
 

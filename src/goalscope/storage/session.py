@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import json
-import shlex
 from collections.abc import Callable, Iterator
 from dataclasses import asdict, replace
+from pathlib import Path
 from typing import Any
 
 from goalscope.agent.agent import Agent, run_episode
@@ -23,24 +23,25 @@ from goalscope.models.trace import note
 from goalscope.storage.store import EpisodeInfo, Store, new_episode
 
 
-def resuming(info: EpisodeInfo) -> str:
-    """The command that resumes an episode; Python files of one's own must be named again."""
-    own = [] if info.domain in BUILT_IN else [info.domain]
-    for option in ("likelihood", "method"):
-        if ":" in str(named := info.settings.get(option)):
-            own += [f"--{option}", str(named)]
-    return shlex.join(["goalscope", "chat", *own, "--resume", info.id])
+def resuming(store: Store, info: EpisodeInfo, **more: object) -> str:
+    """The command that resumes an episode, with `more` options but those that are None.
+
+    Python files of one's own must be named again; paths are full.
+    """
+    words = [] if info.domain in BUILT_IN else [info.domain]
+    named = {key: str(info.settings.get(key)) for key in ("likelihood", "method")}
+    own = {key: name for key, name in named.items() if ":" in name}
+    for option, value in {**own, "resume": info.id, **more}.items():
+        full = value.absolute() if isinstance(value, Path) else value
+        words += [] if value is None else [f"--{option}", str(full)]
+    return store.command("chat", *words)
 
 
-def more_rounds(info: EpisodeInfo, rounds: int) -> str:
-    """How to resume an episode that has had its `rounds`."""
-    return f"To continue, run `{resuming(info)} --rounds {2 * rounds}`."
-
-
-def saved_settings(info: EpisodeInfo, *, rounds: int | None = None) -> Settings:
+def saved_settings(store: Store, info: EpisodeInfo, *, rounds: int | None = None) -> Settings:
     """The settings with which a stored episode is resumed.
 
     Args:
+        store: Has the episode.
         info: The episode.
         rounds: Most rounds, if not as before.
 
@@ -56,12 +57,13 @@ def saved_settings(info: EpisodeInfo, *, rounds: int | None = None) -> Settings:
         settings = replace(settings, rounds=rounds)
     if info.ended == "terminated":
         raise InvalidInputError(
-            f"Episode {info.id} is complete. `goalscope replay {info.id}` shows it."
+            f"Episode {info.id} is complete. `{store.command('replay', info.id)}` shows it."
         )
     if info.rounds >= settings.rounds:
         raise InvalidInputError(
             f"Episode {info.id} has reached its limit of "
-            f"{pluralize(settings.rounds, 'round')}. " + more_rounds(info, settings.rounds)
+            f"{pluralize(settings.rounds, 'round')}. To continue, run "
+            f"`{resuming(store, info, rounds=2 * settings.rounds)}`."
         )
     return settings
 
@@ -165,6 +167,13 @@ class Session:
             return self._store.episode(self.id)
         row = {**self._new, "settings": json.loads(self._new["settings"])}
         return EpisodeInfo(**row, ended=None, score=None, rounds=0)
+
+    def resuming(self, **more: object) -> str:
+        """The command that resumes it; see `resuming`. It gets more rounds if all are used up."""
+        info, rounds = self.info, self._settings.rounds
+        rounds = 2 * rounds if info.rounds >= rounds else rounds
+        changed = None if rounds == info.settings.get("rounds") else rounds
+        return resuming(self._store, info, rounds=changed, **more)
 
     def begin(self) -> None:
         """Store the episode now, not only with its first round."""

@@ -17,6 +17,7 @@ from sqlalchemy import ColumnElement, Connection, Engine, Row, Select, func, or_
 from sqlalchemy.exc import IntegrityError
 
 from goalscope.agent.round import Guess, Round
+from goalscope.base.text import command_line
 from goalscope.base.types import (
     Action,
     ConflictError,
@@ -29,7 +30,7 @@ from goalscope.base.types import (
 )
 from goalscope.belief.belief import belief_from_json, belief_to_json
 from goalscope.language.orders import Order, Reading, order_from_json, order_to_json
-from goalscope.storage.opening import WRITING, default_place, explained, opened, opened_in_memory
+from goalscope.storage import opening
 from goalscope.storage.tables import CORRECTIONS, EPISODES, ROUNDS, EscapedText
 
 T = TypeVar("T")
@@ -94,11 +95,11 @@ class Store:
         place: The file, or the address without its password.
     """
 
-    def __init__(self, place: str, engine: Engine) -> None:
-        """Wrap a database that is ready; see `Store.open`."""
-        self.place = place
+    def __init__(self, place: str, engine: Engine, given: str | Path | None = None) -> None:
+        """Wrap a database that is ready, as it was given; see `Store.open`."""
+        self.place, self._given = place, given
         self._engine = engine
-        self._writing = engine.execution_options(**WRITING)
+        self._writing = engine.execution_options(**opening.WRITING)
         # Writers of SQLite poll for the lock, and one of many may never get it: threads queue here.
         self._turn = Lock() if engine.dialect.name == "sqlite" else nullcontext()
 
@@ -117,7 +118,7 @@ class Store:
         """
         if not (new or place is None or "://" in str(place) or Path(place).exists()):
             raise InvalidInputError(f"There is no store at {place}. Check the path.")
-        return cls(*opened(default_place() if place is None else place))
+        return cls(*opening.opened(opening.default_place() if place is None else place), place)
 
     @classmethod
     def in_memory(cls, copied: Path | None = None) -> Self:
@@ -130,7 +131,12 @@ class Store:
         Raises:
             GoalscopeError: The file cannot be read, or a newer goalscope made it.
         """
-        return cls(*opened_in_memory(copied))
+        return cls(*opening.opened_in_memory(copied))
+
+    def command(self, *words: object) -> str:
+        """A command line to be pasted, which is over this store from any folder."""
+        store = () if self._given is None else ("--store", opening.pasted(self._given))
+        return command_line(*words, *store)
 
     def close(self) -> None:
         """Close all connections; the store cannot be used afterwards."""
@@ -147,13 +153,13 @@ class Store:
     @contextmanager
     def reading(self) -> Generator[Connection]:
         """A connection for reading; in a file, all of one snapshot."""
-        with explained(self.place), self._engine.connect() as connection:
+        with opening.explained(self.place), self._engine.connect() as connection:
             yield connection
 
     @contextmanager
     def writing(self) -> Generator[Connection]:
         """A connection for writing; all of it becomes durable together, or nothing."""
-        with explained(self.place), self._turn, self._writing.begin() as connection:
+        with opening.explained(self.place), self._turn, self._writing.begin() as connection:
             yield connection
 
     def begin(self, **values: Any) -> str:
@@ -283,8 +289,9 @@ class Store:
                 id, connection.scalars(select(EPISODES.c.id)), n=3, cutoff=0.5
             )
         hint = f" Did you mean {', '.join(near[:3])}?" if near else ""
+        listing = self.command("episodes")
         what = "More than one episode has an id that begins with" if rows else "No episode is"
-        raise InvalidInputError(f'{what} "{id}".{hint} `goalscope episodes` lists them all.')
+        raise InvalidInputError(f'{what} "{id}".{hint} `{listing}` lists them all.')
 
     def episodes(
         self,

@@ -141,8 +141,9 @@ def chosen_episodes(store: Store, plan: Plan) -> list[EpisodeInfo]:
     if not people:
         raise InvalidInputError(
             "No person has a finished episode with each of the study's methods "
-            f"({', '.join(methods) or 'any'}). `goalscope episodes` lists the episodes, and "
-            "`goalscope run` makes new ones; transcript = true includes those of real people."
+            f"({', '.join(methods) or 'any'}). `{store.command('episodes')}` lists the episodes, "
+            f"and `{store.command('run')}` makes new ones; transcript = true includes those of "
+            "real people."
         )
     return [info for info in found if info.profile in people]
 

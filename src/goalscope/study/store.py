@@ -13,7 +13,7 @@ from sqlalchemy import ColumnElement, Connection, Row, Select, and_, or_, select
 from sqlalchemy.exc import IntegrityError
 
 from goalscope.base.inputs import nearest, validated
-from goalscope.base.types import ConflictError, InvalidInputError, Turn
+from goalscope.base.types import ConflictError, InvalidInputError
 from goalscope.storage.store import Store, dumps
 from goalscope.storage.tables import ANSWERS, ITEMS, PARTICIPANTS, STUDIES
 from goalscope.study.plan import Item, Plan, chosen_episodes, item_of
@@ -132,7 +132,8 @@ class StudyStore:
             if row is not None:
                 return _read_study(row)
             known = connection.scalars(select(STUDIES.c.name)).all()
-        hint = nearest(name, known) if known else "`goalscope study new` creates one in this store."
+        new = f"`{self._store.command('study', 'new', 'FILE')}` creates one in this store."
+        hint = nearest(name, known) if known else new
         raise InvalidInputError(f'There is no study "{name}"; {hint}')
 
     def close(self, study: Study) -> None:
@@ -236,10 +237,8 @@ class StudyStore:
             with self._store.writing() as connection:
                 unseen = _to(participant, place), ANSWERS.c.opened.is_(None)
                 connection.execute(ANSWERS.update().where(*unseen).values(opened=_now()))
-        view: dict[str, Any] = json.loads(row.view)
-        view["possible"] = tuple(view["possible"])
-        view["transcript"] = tuple(Turn(**turn) for turn in view["transcript"])
-        return Item(**view), _read_answer(row)
+        item = validated(json.loads(row.view), Item, f"Item {row.item}")
+        return item, _read_answer(row)
 
     def answer(
         self, participant: Participant, place: int, rating: int, explanation: str, revision: int

@@ -343,7 +343,7 @@ class Conversations:
                 self._open.move_to_end(info.id)
                 found.catch_up(info, again=again)
                 return found
-            return self.begin(saved_settings(info), info)
+            return self.begin(saved_settings(self._store, info), info)
 
     def close(self) -> None:
         """Close all conversations; their rounds are in the store."""
