@@ -21,7 +21,7 @@ from goalscope.envs.scenarios import Nearest, Scenario
 from goalscope.experiment.reading_scores import Language, Line
 from goalscope.language.amounts import figures
 from goalscope.language.dialogue_state import acting
-from goalscope.language.orders import Order, speaks, words_of
+from goalscope.language.orders import speaks, words_of
 from goalscope.language.reader import Reader, ReadExample
 from goalscope.models import Generator
 from goalscope.prompts import render
@@ -176,16 +176,11 @@ def _reading_lesson(
     found: list[Lesson] = []
     for line in recombine(conversation, draw):
         prompt = reader.prompt(line.message, question=line.question, before=before, here=line.here)
-        orders = tuple(map(_in_figures, line.orders))
+        # Numbers in names are as the reader is shown them.
+        orders = tuple(order.reworded(figures) for order in line.orders)
         found.append(Lesson("reading", prompt, reader.written(orders)))
         before.append(ReadExample(line.question, line.message, orders))
     return found
-
-
-def _in_figures(order: Order) -> Order:
-    """The order with the numbers in its names as the reader is shown them."""
-    names = {key: figures(getattr(order, key)) for key in ("what", "but", "for_", "where", "if_")}
-    return replace(order, **names)
 
 
 def _conversations(lines: Sequence[Line]) -> list[Conversation]:
@@ -249,11 +244,7 @@ def _named_things(conversation: Conversation) -> Iterator[tuple[str, tuple[str, 
 
 
 def _texts(line: Line) -> list[str]:
-    slots = (
-        text
-        for each in line.orders
-        for text in (each.what, each.but, each.for_, each.where, each.if_)
-    )
+    slots = (text for each in line.orders for text in each.phrases)
     return [line.message, line.question, line.here, *filter(None, slots)]
 
 
@@ -279,20 +270,10 @@ def _renamed(line: Line, what: str, other: str) -> Line:
     def renamed(text: str) -> str:
         return _named(what).sub(lambda _: other, text)
 
-    def order_renamed(order: Order) -> Order:
-        return replace(
-            order,
-            what=renamed(order.what),
-            but=renamed(order.but),
-            for_=renamed(order.for_),
-            where=renamed(order.where),
-            if_=renamed(order.if_),
-        )
-
     return replace(
         line,
         message=renamed(line.message),
         question=renamed(line.question),
         here=renamed(line.here),
-        orders=tuple(map(order_renamed, line.orders)),
+        orders=tuple(order.reworded(renamed) for order in line.orders),
     )

@@ -158,10 +158,9 @@ class Environment(AbstractContextManager["Environment"]):
         """Resolve an order to actions, or to one sentence that says why not.
 
         The order has a verb of the domain, or is a limit ("avoid", "only", "have", "budget",
-        "leave"), for
-        which the actions undo violations, or is an "undo", for which they undo the results
-        `dialogue.to_undo`. `Resolution()` stands for a limit that needs no action, and for an undo
-        that the domain does not know.
+        "leave"), for which the actions undo violations, or is an "undo", for which they undo the
+        results `dialogue.to_undo`. `Resolution()` stands for a limit that needs no action, and for
+        an undo that the domain does not know.
 
         Args:
             order: What was asked for.

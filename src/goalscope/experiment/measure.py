@@ -113,7 +113,7 @@ def own_identity() -> dict[str, str]:
 
 def person_of(profile: Profile) -> dict[str, Any]:
     """The whole profile as JSON: part of a cell, so that editing a person makes a new cell."""
-    return json.loads(json.dumps(asdict(profile)))
+    return _json_of(profile)
 
 
 def hashes_of(settings: Settings) -> dict[str, str]:
@@ -135,6 +135,10 @@ def hashes_of(settings: Settings) -> dict[str, str]:
         for key, file in named.items()
         if file and os.path.isfile(file)
     }
+
+
+def _json_of(data: Profile | Outcome) -> dict[str, Any]:
+    return json.loads(json.dumps(asdict(data)))
 
 
 def _key(model: Mapping[str, Any]) -> str:
@@ -286,7 +290,7 @@ def _episode(model: ModelSet, spec: Mapping[str, Any]) -> dict[str, Any]:
             "ended": info.ended,
             "score": info.score,
         },
-        **(json.loads(json.dumps(asdict(outcome))) if outcome else {}),
+        **(_json_of(outcome) if outcome else {}),
         "trivial": trivial,
         "rounds": len(rounds),
         "terminated": info.ended == "terminated",

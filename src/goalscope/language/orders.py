@@ -6,7 +6,7 @@ Natural language becomes these types in `goalscope.language.reader`, and nowhere
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, fields, replace
 from functools import cache
 from importlib.resources import files
@@ -20,6 +20,9 @@ SLOTS = ("what", "quantity", "but", "for", "where", "if", "why")
 
 ANY_VERB = ("but", "if")
 """The slots that every verb takes."""
+
+PHRASES = ("what", "but", "for_", "where", "if_")
+"""The attributes of an order that hold what was said."""
 
 REASONS = ("allergy", "diet", "taste")
 """Reasons for a limit, the gravest first."""
@@ -100,6 +103,15 @@ class Order:
     if_: str = ""
     why: str = ""
     but: str = ""
+
+    @property
+    def phrases(self) -> tuple[str, ...]:
+        """The values of `PHRASES`."""
+        return tuple(getattr(self, name) for name in PHRASES)
+
+    def reworded(self, change: Callable[[str], str]) -> Order:
+        """The order with each of its phrases changed."""
+        return replace(self, **{name: change(getattr(self, name)) for name in PHRASES})
 
 
 @dataclass(frozen=True, slots=True)
@@ -247,14 +259,8 @@ def _line(order: Order) -> str:
     if order.quantity is not None:
         number = f"{order.quantity:.3f}".rstrip("0").rstrip(".")
         parts.append(f"{number} {order.unit}".strip())
-    slots = (
-        ("but", order.but),
-        ("for", order.for_),
-        ("where", order.where),
-        ("if", order.if_),
-        ("why", order.why),
-    )
-    return " | ".join([*parts, *(f"{name} {value}" for name, value in slots if value)])
+    told = order_to_json(order)
+    return " | ".join([*parts, *(f"{slot} {told[slot]}" for slot in SLOTS[2:] if slot in told)])
 
 
 def _order(line: str, known: dict[str, Verb]) -> Order:
@@ -279,17 +285,7 @@ def _order(line: str, known: dict[str, Verb]) -> Order:
         raise InvalidInputError(f"{verb.name} takes no thing: {line!r}")
     if values.get("why", "taste") not in REASONS:
         raise InvalidInputError(f"why must be one of {', '.join(REASONS)}: {line!r}")
-    return Order(
-        verb.name,
-        values["what"],
-        quantity,
-        unit,
-        values.get("for", ""),
-        values.get("where", ""),
-        values.get("if", ""),
-        values.get("why", ""),
-        values.get("but", ""),
-    )
+    return order_from_json({"do": verb.name, **values, "quantity": quantity, "unit": unit})
 
 
 @cache

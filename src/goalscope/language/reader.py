@@ -31,6 +31,7 @@ from goalscope.language.amounts import figures, numbers_in, sums_in
 from goalscope.language.orders import (
     ANY_VERB,
     DIALOGUE_ACTS,
+    PHRASES,
     REASONS,
     SLOTS,
     Example,
@@ -55,7 +56,6 @@ MOST_ORDERS = 24
 _WINDOW = 9  # earlier messages that the prompt holds, for what the newest one refers to
 _MOST_TOKENS = 320  # of a reading
 _LONGEST_NAME = 12  # words of a thing
-_PHRASES = ("what", "but", "for", "where", "if")
 _UNWRITTEN = frozenset({"Cc", "Cn", "Co", "Cs"})  # Unicode categories that no word holds
 _NAMING = ("avoid", "only", "have")  # acts that need a thing
 _PACKS = ("pack", "pk")  # units that a number may belong to: a 6-pack
@@ -149,7 +149,7 @@ class Reader:
         question = _legible(question)
         before = _shown(before)
         shown = [*self._examples, *before]
-        line = _one_line(here) if self._shows_here else ""
+        line = self._one_line(here)
         prompt = self._prompt(_asked(message, question, line), shown)
         most = self.model.context_size - _MOST_TOKENS
         while (shown or line) and self.model.count_tokens(prompt) > most:
@@ -199,9 +199,12 @@ class Reader:
         here: str = "",
     ) -> list[Message]:
         """The chat that the model answers with the reading of `message`."""
-        line = _one_line(here) if self._shows_here else ""
-        asked = _asked(_legible(message), _legible(question), line)
+        asked = _asked(_legible(message), _legible(question), self._one_line(here))
         return self._prompt(asked, [*self._examples, *_shown(before)])
+
+    def _one_line(self, here: str) -> str:
+        """What is here, if it is shown: in one line, so that no name passes for another part."""
+        return " ".join(_legible(here).split()) if self._shows_here else ""
 
     def _prompt(self, asked: str, shown: Sequence[ReadExample]) -> list[Message]:
         chat = [*self._opening]
@@ -240,7 +243,7 @@ class Reader:
         except (ValueError, OverflowError, RecursionError, InvalidInputError) as error:
             raise UnreadableAnswerError(f"The model wrote no reading: {error}") from None
         for order in orders:
-            for phrase in (order.what, order.but, order.for_, order.where, order.if_):
+            for phrase in order.phrases:
                 if unsaid := [word for word in words_of(phrase) if word not in said]:
                     raise UnreadableAnswerError(
                         f"The model read {unsaid[0]!r}, which nobody said and nothing here is "
@@ -348,7 +351,7 @@ def schema_of(verbs: Sequence[Verb]) -> dict[str, Any]:
         "type": "object",
         "properties": {
             "do": {"enum": [verb.name for verb in (*verbs, *DIALOGUE_ACTS)]},
-            **dict.fromkeys(_PHRASES, text),
+            **{name.rstrip("_"): text for name in PHRASES},
             "quantity": {"type": "number"},
             "unit": {"type": "string", "maxLength": 40},
             "why": {"enum": [*REASONS]},
@@ -370,11 +373,6 @@ def _shown(before: Sequence[ReadExample]) -> list[ReadExample]:
         ReadExample(_legible(each.question), _legible(each.message), each.orders)
         for each in before[-_WINDOW:]
     ]
-
-
-def _one_line(here: str) -> str:
-    """What is here, legible and in one line, so that no name there can pass for another part."""
-    return " ".join(_legible(here).split())
 
 
 def _asked(message: str, question: str, here: str = "") -> str:
