@@ -50,6 +50,11 @@ def reader() -> Iterator[Reader]:
         ("12 dollars and 50 cents please", "12.5 dollars please"),
         ("thirty-two dollars and fifty cents tops", "32.5 dollars tops"),
         ("٣٠ eggs", "30 eggs"),
+        ("2 pounds 8 ounces of flour", "2.5 pounds of flour"),
+        ("1 kg 500 g of rice", "1.5 kg of rice"),
+        ("two kilos 250 grams", "2.25 kilos"),
+        ("14 lb 8oz or 1 litre 250 ml", "14.5 lb or 1.25 litre"),
+        ("1 kg, 500 g of rice and 2 lb 300 g", "1 kg, 500 g of rice and 2 lb 300 g"),
     ],
 )
 def test_amounts_are_read_in_plain_figures(typed: str, read: str) -> None:

@@ -120,6 +120,14 @@ _SPELLED = re.compile(
     re.IGNORECASE,
 )
 _WORD = re.compile(r"(?<![^\W\d_])[A-Za-z]+(?!\w)")
+_COUNT = rf"(?:\d+(?:\.\d+)?|\b(?:{_UNITS})\b)"
+_COMPOUND = re.compile(
+    rf"(?<![\w.,'/])({_COUNT})( ?(?:"
+    r"(?P<metric>kg|kgs|kilos?|kilogram(?:me)?s?|l|lit(?:re|er)s?)|(?:lbs?|pounds?)))"
+    rf" ({_COUNT}) ?(?:(?P<small>{_SMALL})|oz|ounces?)(?!\w)",
+    re.IGNORECASE,
+)
+"""A weight or volume in two units, such as 2 lb 8 oz."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -165,8 +173,8 @@ def figures(text: str) -> str:
     """`text` with its amounts in plain figures, such as 1250.5.
 
     Number words from thirteen on, marks between thousands, decimal commas and fractions change, and
-    of sums of money also a "k" and the cents after the currency. An amount that may be read in two
-    ways stays as it is.
+    of sums of money also a "k" and the cents after the currency. "2 lb 8 oz" becomes 2.5 lb. An
+    amount that may be read in two ways stays as it is.
     """
 
     def put(old: str, value: Decimal | None) -> str:
@@ -203,9 +211,18 @@ def figures(text: str) -> str:
         part = numeric(found[4]) if found[4] else over / under
         return put(found[0], int(found[1] or 0) + Decimal(part))
 
+    def compound(found: re.Match[str]) -> str:
+        if bool(found["metric"]) != bool(found["small"]):
+            return found[0]
+        whole, rest = (
+            Decimal(each) if each[0].isdigit() else word_value(each) for each in found.group(1, 4)
+        )
+        parts = 1000 if found["metric"] else 16
+        return f"{put('', (whole or 0) + Decimal(rest or 0) / parts)}{found[2]}"
+
     text = _SPELLED.sub(spelled, _DOZEN.sub("dozen", plain_digits(text)))
     text = _SUM.sub(thousands, _CENTS.sub(cents, text))
-    return _FRACTION.sub(fraction, _MARKED.sub(number, text))
+    return _COMPOUND.sub(compound, _FRACTION.sub(fraction, _MARKED.sub(number, text)))
 
 
 def sums_in(text: str) -> list[Money]:
