@@ -156,6 +156,27 @@ def test_what_was_guessed_is_marked_until_it_is_asked_for(address: str, enter) -
     assert page.evaluate(marks, told) == first | {"Bread Flour": False, "Rye": False}
 
 
+def test_what_a_note_tells_is_not_told_again(address: str, enter) -> None:
+    page = enter(address)
+    told = """async ([notes, actions]) => {
+        const { kindOf, namedIn } = await import("/static/status.js");
+        return [notes.map(kindOf), actions.map(text => namedIn(notes, { text }))];
+    }"""
+    notes = [
+        "Guessed, not asked for: Rye (to eat).",
+        "Because you mentioned it: Jam.",
+        "Taken back, as it was a guess for another goal: Beef, Garlic.",
+        'Taken back: "add milk".',
+        "Not done.",
+    ]
+    actions = ["add item: Rye x2", "add item: Jam", "remove item: Garlic", "add item: Garlic",
+               "remove item: Rye", "search inventory: Rye"]  # fmt: skip
+    assert page.evaluate(told, [notes, actions]) == [
+        ["guessed", "guessed", "removed", "done", "refused"],
+        [True, True, True, False, False, False],
+    ]
+
+
 def test_a_unit_behind_a_name_is_no_part_of_it(address: str, enter) -> None:
     page = enter(address)
     shown = """async ([status, names]) => {

@@ -39,7 +39,7 @@ function actionItem(action, named) {
     unseen(action.ok ? "done: " : "failed: "),
     apart ? action.text : told(action),
     !apart ? null : h("span", { class: "reason" }, ` \u2013 ${first}`),
-    action.irreversible && !action.observation.includes("cannot be undone") ? h("span", { class: "badge" }, "cannot be undone") : null,
+    action.irreversible && !action.observation.includes("cannot be undone") ? h("span", {}, " ", h("span", { class: "badge" }, "cannot be undone")) : null,
   );
 }
 
@@ -70,8 +70,8 @@ export class Outcome {
     this.room = episode.view === "map" ? new Room(episode.id) : null;
     this.body = h("div", {});
     this.element = h(
-      "div",
-      { class: "panel", hidden: !acts(episode) },
+      "section",
+      { class: "panel", hidden: !acts(episode), "aria-label": this.state.state },
       h("h2", {}, this.state.state),
       this.room?.element,
       this.body,

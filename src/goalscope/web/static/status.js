@@ -7,7 +7,7 @@ const UNIT = / \([^()]*\)$/;
 const MOVED = /^(add|remove) item: (.*?)(?: x\d+)?$/;
 const GUESSED = "Guessed, not asked for: ";
 const MENTIONED = "Because you mentioned it: ";
-const TAKEN_BACK = "Taken back";
+const GIVEN_UP = "Taken back, as it was a guess for another goal: ";
 const TOTAL = /^Total: (.*)$/;
 
 /** Whether a status is a basket with items in it. */
@@ -46,16 +46,18 @@ function names(note, prefix, thing) {
   return [", ", "; "].some((before) => [",", ";", " (to "].some((after) => list.includes(before + thing + after)));
 }
 
-/** Whether notes tell already that a thing was put into the basket. */
+const KINDS = { [GUESSED]: "guessed", [MENTIONED]: "guessed", [GIVEN_UP]: "removed", "Taken back: ": "done" };
+
+/** Whether notes tell already that a thing was put into the basket, or taken out of it. */
 export function namedIn(notes, action) {
   const { kind, name } = moveOf(action) ?? {};
-  return kind === "added" && notes.some((note) => names(note, GUESSED, name) || names(note, MENTIONED, name));
+  const prefixes = kind === "added" ? [GUESSED, MENTIONED] : [GIVEN_UP];
+  return Boolean(kind) && notes.some((note) => prefixes.some((prefix) => names(note, prefix, name)));
 }
 
-/** Of which kind a note is: something guessed, done, or else refused or doubted. */
+/** Of which kind a note is: something guessed, removed, done, or else refused or doubted. */
 export function kindOf(note) {
-  if (note.startsWith(GUESSED) || note.startsWith(MENTIONED)) return "guessed";
-  return note.startsWith(TAKEN_BACK) ? "done" : "refused";
+  return Object.entries(KINDS).find(([prefix]) => note.startsWith(prefix))?.[1] ?? "refused";
 }
 
 /** The name in a line of the basket, which may bear a unit. */

@@ -180,7 +180,7 @@ class Talk {
     const idle = this.side.marks ? "Removing the items that you crossed out\u2026" : "";
     const step = connected ? working(live, this.pending) || idle : "Connection lost. Trying again\u2026";
     const first = step && connected && !this.state.rounds.length && live?.utterance;
-    this.log.tell(first ? `${step} ${FIRST}` : step);
+    this.log.tell(first ? `${step} The first answer takes longest.` : step);
   }
 
   #error(live) {
@@ -223,6 +223,7 @@ class Talk {
       this.say(words, confirmed);
       this.log.element.focus({ preventScroll: true });
     };
+    const label = (words) => words.replace(/\.$/, ""); // a button says the words that it sends
     return h(
       "section",
       { class: "card confirm", "aria-label": "To confirm" },
@@ -252,12 +253,6 @@ class Talk {
   }
 }
 
-/** A button says the words that it sends. */
-function label(words) {
-  return words.replace(/\.$/, "");
-}
-
-const FIRST = "The first answer takes longest.";
 const STEPS = {
   reading: "Reading your words",
   "proposing goals": "Thinking of what you may want",
