@@ -5,6 +5,9 @@ async () => {
   const SLACK = 1.5;
   const root = document.scrollingElement;
   if (root.scrollWidth > innerWidth) faults.push(`The page is ${root.scrollWidth} px wide on a screen of ${innerWidth}.`);
+  const bottom = Math.max(innerHeight, scrollY + document.body.getBoundingClientRect().bottom);
+  const beyond = root.scrollHeight - bottom;
+  if (beyond > SLACK) faults.push(`The page scrolls ${beyond} px into nothing.`);
   for (const image of document.images) {
     if (!image.complete || !image.naturalWidth) faults.push(`The image ${image.src} is not there.`);
   }

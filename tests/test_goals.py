@@ -67,8 +67,8 @@ def test_a_past_goal_is_a_candidate_if_the_words_are_for_it() -> None:
     soup, dog = Goal("eat the soup"), Goal("walk the dog")
     back, new = proposed("Eat the SOUP\nsoup in a cup", past=[dog, soup])
     assert (back.goal, new.goal) == (soup, Goal("soup in a cup"))
-    assert back.reason.endswith("nats against no goal, after it had been removed")
-    assert new.reason.endswith("nats against no goal")
+    assert back.reason.endswith("nats), after it had been removed")
+    assert new.reason.endswith("nats)")
 
 
 def test_goals_that_differ_by_an_article_are_proposed_once() -> None:

@@ -49,7 +49,7 @@ def numbers_on(svg: str) -> list[tuple[str, float, float]]:
 
 def test_furniture_is_numbered_row_by_row_with_its_contents() -> None:
     assert RoomMap(room()).text().splitlines() == [
-        "FloorPlan1",
+        "Floor Plan 1",
         "The robot (arrow) looks east and holds nothing. North is up.",
         "1. fridge: egg",
         "2. dining table: mug",
@@ -127,7 +127,7 @@ def test_of_thousands_of_objects_those_that_are_too_many_are_counted() -> None:
 def test_svg_stands_alone_and_speaks() -> None:
     drawn = RoomMap(room())
     root = ET.fromstring(drawn.svg())
-    assert root.findtext(f"{SVG}title") == "FloorPlan1 from above"
+    assert root.findtext(f"{SVG}title") == "Floor Plan 1 from above"
     assert root.findtext(f"{SVG}desc") == drawn.text()
     assert "prefers-color-scheme" in root.findtext(f"{SVG}style", "")
     assert not {"script", "image", "use", "a", "foreignObject"} & {

@@ -50,11 +50,11 @@ def page(address: str, enter) -> Page:
 def test_an_episode_from_the_first_word_to_the_purchase(page: Page, address: str) -> None:
     goals = page.get_by_role("region", name="Goals")
     expect(goals.get_by_text("Nothing has been said yet.")).to_be_visible()
-    expect(goals.get_by_text("How sure")).to_have_count(0)
+    expect(goals.get_by_text("I am")).to_have_count(0)
     say(page, WANTS)
     rounds(page, 1)
     expect(goals.get_by_text("Nothing has been said yet.")).to_have_count(0)
-    expect(goals.get_by_text("How sure")).to_be_visible()
+    expect(goals.locator(".sureness")).to_contain_text("I am")
     episode = page.url.rpartition("/")[2]
     (told,) = page.request.get(f"{address}/api/episodes/{episode}").json()["rounds"]
     read = page.get_by_role("log").locator(".read").first  # the next one has nothing to show yet
@@ -66,7 +66,7 @@ def test_an_episode_from_the_first_word_to_the_purchase(page: Page, address: str
     rounds(page, 2)
     card = page.get_by_role("region", name="To confirm")
     expect(card).to_contain_text("Large Eggs")
-    card.get_by_role("button", name="Not yet").click()
+    card.get_by_role("button", name="No, not yet").click()
     rounds(page, 3)
     expect(page.get_by_role("log").get_by_text("No, not yet.")).to_be_visible()
     expect(card).to_be_hidden()
@@ -80,7 +80,7 @@ def test_an_episode_from_the_first_word_to_the_purchase(page: Page, address: str
     expect(page.get_by_text("To confirm exactly what is shown").last).to_be_in_viewport()
     expect(card.get_by_text("To confirm exactly")).to_have_count(0)
     shown = prices(card.get_by_role("table"))
-    card.get_by_role("button", name="Buy this basket").click()
+    card.get_by_role("button", name="Yes").click()
     expect(page.get_by_role("region", name="The end")).to_contain_text("Done")
     bought = page.get_by_role("table").filter(has_text="Bought, total")
     assert shown == prices(bought)
@@ -93,18 +93,22 @@ def test_a_belief_is_corrected_by_hand(page: Page) -> None:
     rounds(page, 1)
     goals = page.get_by_role("region", name="Goals")
     goals.get_by_role("button", name=re.compile("^bake bread with flour")).click()
-    expect(goals.get_by_role("table")).to_contain_text(WANTS)
+    reasons = goals.locator(".evidence")
+    expect(reasons).to_contain_text(f"{WANTS}Says little about it.")
+    expect(reasons).not_to_contain_text("nats", use_inner_text=True)
     goals.get_by_role("button", name=re.compile("rule", re.I)).click()
     expect(goals.get_by_role("button", name=re.compile("^bake bread with flour"))).to_have_count(0)
     # The panel may be drawn anew between a press and a release.
     page.get_by_role("button", name="Undo").dispatch_event("click")
     expect(goals.get_by_role("button", name=re.compile("^bake bread with flour"))).to_be_visible()
     goals.get_by_role("button", name=re.compile("^bake a cake")).click()
+    goals.get_by_text("In numbers").click()
     meanings = goals.locator(".meanings")
-    for column in goals.get_by_role("columnheader").all_inner_texts()[2:]:
-        expect(meanings).to_contain_text(f"{column}: how")
+    expect(meanings).to_contain_text("nats", use_inner_text=True)
+    for column in goals.get_by_role("columnheader").all_inner_texts()[1:]:
+        expect(meanings).to_contain_text(f"{column}: ")
     goals.get_by_role("button", name="Reword it").click()
-    expect(goals.get_by_text("count as confirmed").first).to_be_visible()
+    expect(goals.get_by_text("take them as confirmed").first).to_be_visible()
     goals.get_by_role("textbox").first.fill("bake a tart")
     goals.get_by_role("button", name="Save").click()
     tart = goals.get_by_role("button", name=re.compile("^bake a tart"))
@@ -197,9 +201,9 @@ def test_where_no_goal_leads_the_agent_is_not_sure(tmp_path: Path, enter) -> Non
         rounds(page, 1)
         goals = page.get_by_role("region", name="Goals")
         expect(goals.get_by_role("listitem").first).to_contain_text("None of these yet")
-        expect(goals).to_contain_text("Not sure yet what you want")
+        expect(goals).to_contain_text("I am not sure yet what you want")
         expect(goals.get_by_text("nearly certain")).to_have_count(0)
-        expect(goals.get_by_text("With 90")).to_be_hidden()
+        expect(goals.get_by_text("In nine talks")).to_be_hidden()
 
 
 def test_every_note_is_shown(page: Page, address: str) -> None:
@@ -216,3 +220,66 @@ def test_every_note_is_shown(page: Page, address: str) -> None:
     assert [each["belief_note"] for each in told] == ["", unexplained]
     expect(page.get_by_role("region", name="Goals").get_by_text(unexplained)).to_be_visible()
     expect(page.get_by_role("log").get_by_text(unexplained)).to_have_count(0)
+
+
+def test_done_guessed_asked_and_refused_are_told_apart_without_colour(page: Page) -> None:
+    log = page.get_by_role("log")
+    say(page, WANTS)
+    rounds(page, 1)
+    guessed = log.locator(".message.guessed")
+    expect(guessed).to_contain_text("Guessed, not asked for: ")
+    added = log.locator(".message.added")
+    expect(added).to_have_count(0)  # a guess is told once
+    say(page, "add flour")
+    rounds(page, 2)
+    expect(added).to_contain_text("Flour")
+    say(page, "remove the flour; add zyx wvu tsr")
+    rounds(page, 3)
+    removed, refused = log.locator(".message.removed"), log.locator(".message.refused")
+    expect(removed).to_contain_text("Flour removed")
+    expect(refused).to_contain_text("nothing called")
+    asked = log.locator(".message.asked:visible").last
+    signs = [
+        each.locator(".sign").inner_text() for each in (added, removed, guessed, refused, asked)
+    ]
+    assert signs == ["+", "\u2212", "\u2248", "!", "?"]
+
+
+def test_what_one_could_say_first_is_said_by_a_click(page: Page) -> None:
+    examples = page.get_by_role("group", name="Examples")
+    first = examples.get_by_role("button").first
+    words = first.inner_text()
+    first.click()
+    rounds(page, 1)
+    expect(page.get_by_role("log").locator(".bubble.person").first).to_have_text(f"You: {words}")
+    expect(examples).to_be_hidden()
+
+
+@pytest.mark.parametrize("width", [320, 390, 1280])
+def test_the_screen_is_filled_and_not_exceeded(address: str, enter, width: int) -> None:
+    page = enter(address, viewport={"width": width, "height": 640})
+    begin(page)
+    for number, words in enumerate((WANTS, "add milk; add eggs; add tea", "Buy the basket"), 1):
+        say(page, words)
+        rounds(page, number)
+    high = "[document.scrollingElement.scrollHeight, document.scrollingElement.scrollWidth]"
+    assert page.evaluate(high) == [640, width]
+
+
+def test_the_font_comes_from_the_page_itself(address: str, enter) -> None:
+    page = enter(address)
+    page.evaluate("document.fonts.ready")
+    fonts = "[...document.fonts].map(font => [font.family, font.status])"
+    assert page.evaluate(fonts) == [["Inter", "loaded"]]
+
+
+def test_evidence_is_told_in_words(address: str, enter) -> None:
+    page = enter(address)
+    told = """async nats => {
+        const { verdict } = await import("/static/why.js");
+        return nats.map(verdict);
+    }"""
+    assert page.evaluate(told, [5.0, 1.5, 0.9, -0.9, -1.5, -9.97]) == [
+        "Speaks strongly for it.", "Speaks for it.", "Says little about it.",
+        "Says little about it.", "Speaks against it.", "Speaks strongly against it.",
+    ]  # fmt: skip

@@ -119,7 +119,7 @@ def test_the_whole_basket_is_shown_before_it_is_bought(
         expect(card.get_by_role("row").nth(1)).to_be_in_viewport(ratio=1)
         expect(page.get_by_label("Your words", exact=True)).to_be_in_viewport(ratio=1)
         assert card.evaluate(SCROLLING) == 0
-        buy = card.get_by_role("button", name="Buy this basket")
+        buy = card.get_by_role("button", name="Yes")
         if (width, number) == (1280, 2):
             expect(buy).to_be_in_viewport(ratio=1)
             continue
@@ -156,6 +156,27 @@ def test_what_was_guessed_is_marked_until_it_is_asked_for(address: str, enter) -
     assert page.evaluate(marks, told) == first | {"Bread Flour": False, "Rye": False}
 
 
+def test_what_a_note_tells_is_not_told_again(address: str, enter) -> None:
+    page = enter(address)
+    told = """async ([notes, actions]) => {
+        const { kindOf, namedIn } = await import("/static/status.js");
+        return [notes.map(kindOf), actions.map(text => namedIn(notes, { text }))];
+    }"""
+    notes = [
+        "Guessed, not asked for: Rye (to eat).",
+        "Because you mentioned it: Jam.",
+        "Taken back, as it was a guess for another goal: Beef, Garlic.",
+        'Taken back: "add milk".',
+        "Not done.",
+    ]
+    actions = ["add item: Rye x2", "add item: Jam", "remove item: Garlic", "add item: Garlic",
+               "remove item: Rye", "search inventory: Rye"]  # fmt: skip
+    assert page.evaluate(told, [notes, actions]) == [
+        ["guessed", "guessed", "removed", "done", "refused"],
+        [True, True, True, False, False, False],
+    ]
+
+
 def test_a_unit_behind_a_name_is_no_part_of_it(address: str, enter) -> None:
     page = enter(address)
     shown = """async ([status, names]) => {
@@ -168,6 +189,6 @@ def test_a_unit_behind_a_name_is_no_part_of_it(address: str, enter) -> None:
     status = "The basket holds:\n- 2 x Milk (1 L): $3.58\n- 1 x Nuts (raw): $2.00\n- 1 x Tea: $1.00"
     assert page.evaluate(shown, [status, ["Nuts (raw)"]]) == [
         ["Milk", "Milk (1 L)", "$3.58"],
-        ["Nuts (raw)", "Nuts (raw)guessed", "$2.00"],
+        ["Nuts (raw)", "Nuts (raw) guessed", "$2.00"],
         ["Tea", "Tea", "$1.00"],
     ]

@@ -69,7 +69,9 @@ def test_what_was_not_begun_here_is_listed_and_replayed_but_not_continued(
     page.goto(f"{home}#/replay/{ids[1]}")
     expect(page.get_by_role("heading", level=1)).to_have_text("Replay: goal tracking")
     expect(page.get_by_text(TASK)).to_be_visible()
-    expect(page.get_by_role("heading", level=2)).to_have_text("What it thought")  # and no basket
+    expect(page.get_by_role("heading", level=2)).to_have_text(
+        "What I thought you want"
+    )  # and no basket
 
     page.goto(f"{home}#/replay/{ids[0]}")
     expect(page.get_by_role("heading", level=1)).to_have_text("Replay: garden.py")
@@ -131,7 +133,7 @@ def begin_at_home(page: Page) -> None:
 def test_the_map_fits_the_screen_and_says_what_it_shows(address: str, enter, screen) -> None:
     page = enter(address, viewport=screen)
     begin_at_home(page)
-    room = page.get_by_role("img", name="The room at the start. Kitchen1")
+    room = page.get_by_role("img", name="The room at the start. Kitchen 1")
     expect(room).to_be_visible()
     assert "fridge: " in (room.get_attribute("alt") or "")
     shown, drawn = room.evaluate("map => [map.clientWidth, map.naturalWidth]")

@@ -133,7 +133,7 @@ def test_what_was_typed_meanwhile_outlives_a_failure_and_the_end(busy, tmp_path:
     say(page, "Buy the basket")
     rounds(page, 2)
     words.fill("and some tea")
-    page.get_by_role("button", name="Buy this basket").click()
+    page.get_by_role("button", name="Yes").click()
     expect(page.get_by_role("region", name="The end")).to_contain_text("and some tea")
 
 

@@ -390,7 +390,7 @@ def propose(
         GoalChange(
             "added",
             goal,
-            f"explains the words {gain:+.1f} nats against no goal"
+            f"explains what you said ({gain:+.1f} nats)"
             + (", after it had been removed" if goal in past else ""),
         )
         for goal, gain in best

@@ -27,8 +27,8 @@ MAX_BODY = 64 * 1024
 """Bytes."""
 
 PUBLIC = (
-    "/study/", "/api/studies/", "/static/study", "/static/style.css", "/static/dom.js",
-    "/static/drafts.js", "/static/keys.js", "/static/status.js", "/static/icon.svg",
+    "/study/", "/api/studies/", "/static/study", "/static/style.css", "/static/inter",
+    "/static/dom.js", "/static/drafts.js", "/static/keys.js", "/static/status.js", "/static/icon",
 )  # fmt: skip
 """Paths without a key: participants of a study come with their own link."""
 
@@ -64,8 +64,8 @@ YEAR = 365 * 24 * 3600
 
 HEADERS = {
     "content-security-policy": "default-src 'none'; script-src 'self'; style-src 'self'; "
-    "img-src 'self' data:; connect-src 'self'; form-action 'self'; base-uri 'none'; "
-    "frame-ancestors 'none'",
+    "font-src 'self'; img-src 'self' data:; connect-src 'self'; form-action 'self'; "
+    "base-uri 'none'; frame-ancestors 'none'",
     "x-content-type-options": "nosniff",
     "referrer-policy": "no-referrer",
     "cross-origin-opener-policy": "same-origin",

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 import xml.etree.ElementTree as ET
 from collections import defaultdict
 from collections.abc import Iterable, Mapping, Sequence
@@ -23,7 +24,7 @@ MOST = 120
 """Most numbers on a map."""
 
 BESIDE = 1.0  # m; furniture reaches at most so far over the edge of the floor
-MARGIN, HIGHEST, RADIUS, LINE = 14.0, 460.0, 8.5, 17.0  # px
+MARGIN, HIGHEST, RADIUS, GAP, LINE = 14.0, 460.0, 8.5, 4.0, 17.0  # px
 GLYPH = 6.8  # px; mean width of a character
 COLUMN = 230.0  # px; least width of a column of the legend
 LONGEST = 60  # characters of a name
@@ -91,7 +92,8 @@ class RoomMap:
             if own != view.held and view.type_of(view.names[own]) not in ("Floor", "StoveKnob")
         ]
         entries.sort(key=lambda entry: (-round(entry.box.center[2] / 0.6), entry.box.center[0]))
-        self.title = _clean(metadata["sceneName"]).removesuffix("_physics") or "A room"
+        scene = _clean(metadata["sceneName"]).removesuffix("_physics")
+        self.title = re.sub(r"(?<=[a-z])(?=[A-Z0-9])", " ", scene) or "A room"
         self.entries = entries[:MOST]
         held = self._text(view.held) if view.held else "nothing"
         heading = COMPASS[round(turn / 45) % 8]
@@ -247,7 +249,7 @@ def _free(
             x = place[0] + 5 * step * math.cos(turn * math.pi / 6)
             y = place[1] + 5 * step * math.sin(turn * math.pi / 6)
             x, y = min(max(x, edges[0]), edges[2]), min(max(y, edges[1]), edges[3])
-            if all(math.dist((x, y), other) > 2 * RADIUS + 1 for other in taken):
+            if all(math.dist((x, y), other) > 2 * RADIUS + GAP for other in taken):
                 return x, y
     return place
 

@@ -1,6 +1,6 @@
 /** The belief as moving bars, with details and corrections of each goal. */
 
-import { arrange, calm, freshId, h, nameOf, percent, setText, unseen } from "./dom.js";
+import { arrange, calm, freshId, h, message, nameOf, percent, setText, unseen } from "./dom.js";
 
 const SHOWN = 5;
 const SMALL = 0.02;
@@ -84,8 +84,8 @@ export class Bars {
     setText(
       this.legend,
       marked.size === 1
-        ? "With 90\u00a0% certainty it is the marked one."
-        : "With 90\u00a0% certainty it is among the marked ones.",
+        ? "In nine talks of ten it is the marked one."
+        : "In nine talks of ten it is among the marked ones.",
     );
     for (const [text, row] of this.rows) {
       row.element.classList.toggle("in-set", marked.has(text));
@@ -177,43 +177,25 @@ export class Bars {
 
 /** How sure the belief is, in words. */
 function told(belief) {
-  if (!belief) return "This method keeps no belief.";
+  if (!belief) return "I keep no list of goals here.";
   if (belief.degenerate) return "No goal explains what was said.";
-  if (belief.goals[0]?.unspecified) return "Not sure yet what you want";
+  if (belief.goals[0]?.unspecified) return "I am not sure yet what you want.";
   const number = Math.exp(belief.entropy);
-  if (number < 1.15) return "How sure: nearly certain";
-  if (number < 1.8) return "How sure: quite sure";
-  const like = `as between ${Math.round(number)} equally likely goals`;
-  return number < 3.5 ? `How sure: somewhat, ${like}` : `How sure: not yet, ${like}`;
+  if (number < 1.15) return "I am nearly certain.";
+  if (number < 1.8) return "I am quite sure.";
+  return `I am not sure yet: it could be any of ${Math.round(number)}.`;
 }
 
-const SIGNS = {
-  added: { sign: "+", told: "added" },
-  removed: { sign: "\u2212", told: "removed" },
-  pinned: { sign: "\u2713", told: "confirmed" },
-};
+/** Numbers in a reason, which a person sees on demand. */
+const NATS = / \([+-][\d.]+ nats\)/;
 
 /** Goals that came, went or were confirmed, with the reasons. */
 export function changeList(changes) {
-  return h(
-    "ul",
-    { class: "changes" },
-    ...changes.map((change) =>
-      h(
-        "li",
-        { class: change.kind },
-        h("span", { class: "sign", "aria-hidden": "true" }, SIGNS[change.kind].sign),
-        h(
-          "span",
-          {},
-          unseen(`${SIGNS[change.kind].told}: `),
-          change.goal,
-          " ",
-          h("span", { class: "reason" }, change.reason, change.final ? " (for good)" : ""),
-        ),
-      ),
-    ),
-  );
+  const items = changes.map(({ kind, goal, reason, final }) => {
+    const told = h("span", { class: "reason", title: reason }, reason.replace(NATS, ""), final ? " (for good)" : "");
+    return message("li", kind, unseen(`${kind === "pinned" ? "confirmed" : kind}: `), goal, " ", told);
+  });
+  return h("ul", { class: "messages" }, ...items);
 }
 
 /** The changes of goals in a round, with a heading; nothing if there are none. */

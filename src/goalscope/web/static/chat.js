@@ -1,8 +1,9 @@
 /** The conversation: what was asked, said and done, round by round. */
 
-import { arrange, h, setText, unseen } from "./dom.js";
+import { arrange, h, message, setText, unseen } from "./dom.js";
 import { isDrawn } from "./domains.js";
 import { actionList } from "./outcome.js";
+import { kindOf, namedIn } from "./status.js";
 
 /** A log of exchanges; the open one becomes a round without being rendered again. */
 export class Log {
@@ -11,8 +12,9 @@ export class Log {
     this.named = !isDrawn(episode);
     this.exchanges = new Map();
     this.list = h("div", {});
+    this.status = h("p", { class: "thinking", role: "status" });
     this.after = h("div", { class: "slot" });
-    this.below = h("button", { type: "button", class: "below", hidden: true, onclick: () => this.#toTheVeryEnd() }, "More below");
+    this.below = h("button", { type: "button", class: "quiet below", hidden: true, onclick: () => (this.element.scrollTop = this.element.scrollHeight) }, "More below");
     this.element = h("div", {
       class: "log",
       role: "log",
@@ -21,10 +23,10 @@ export class Log {
       tabindex: 0,
       onscroll: () => {
         if (this.element.clientHeight === this.height) this.atEnd = this.#isAtEnd();
-        this.below.hidden = this.#isAtEnd();
+        this.below.hidden = this.#isAtEnd(8);
       },
     });
-    this.element.append(this.list, this.after, this.below);
+    this.element.append(this.list, this.status, this.after);
     this.atEnd = true;
     new ResizeObserver(() => this.#resized()).observe(this.element);
   }
@@ -47,6 +49,13 @@ export class Log {
     if (this.atEnd) this.scrollToEnd();
   }
 
+  /** Says what the agent does now; "" while it is the person's turn. */
+  tell(step) {
+    this.status.classList.toggle("busy", Boolean(step));
+    setText(this.status, step);
+    if (step && this.atEnd) this.scrollToEnd();
+  }
+
   /** Puts an element below the last words; null removes it. */
   put(element) {
     this.after.replaceChildren(...(element ? [element] : []));
@@ -64,20 +73,16 @@ export class Log {
     this.atEnd = false;
   }
 
-  #toTheVeryEnd() {
-    this.element.scrollTop = this.element.scrollHeight;
-  }
-
   /** Keeps the last words in view if they were, whatever takes room below. */
   #resized() {
     this.height = this.element.clientHeight;
     if (this.atEnd) this.scrollToEnd();
-    this.below.hidden = this.#isAtEnd();
+    this.below.hidden = this.#isAtEnd(8);
   }
 
-  #isAtEnd() {
+  #isAtEnd(slack = 80) {
     const { scrollHeight, scrollTop, clientHeight } = this.element;
-    return scrollHeight - scrollTop - clientHeight < 80;
+    return scrollHeight - scrollTop - clientHeight < slack;
   }
 
   #exchange(number) {
@@ -90,15 +95,18 @@ class Exchange {
   constructor(number, named) {
     this.named = named;
     this.settled = false;
-    this.query = bubble("agent", "Assistant");
-    this.utterance = bubble("person", "You");
+    this.answer = h("p", { class: "text" });
+    this.asked = h("span", {});
+    this.query = h("div", { class: "bubble agent" }, unseen("Assistant: "), this.answer, message("p", "asked", this.asked));
+    this.said = h("span", {});
+    this.utterance = h("p", { class: "bubble person" }, unseen("You: "), this.said);
     this.read = h("p", { class: "read", hidden: true });
     this.done = h("div", { class: "done-list" });
     this.element = h(
       "div",
       { class: "exchange", "data-round": number },
-      this.query.element,
-      this.utterance.element,
+      this.query,
+      this.utterance,
       this.read,
       this.done,
     );
@@ -106,8 +114,12 @@ class Exchange {
   }
 
   say(query, utterance) {
-    this.query.show(query);
-    this.utterance.show(utterance);
+    const lines = (query ?? "").split("\n");
+    this.query.hidden = !query;
+    setText(this.asked, lines.pop());
+    setText(this.answer, lines.join("\n"));
+    this.utterance.hidden = !utterance;
+    setText(this.said, utterance ?? "");
   }
 
   /**
@@ -118,31 +130,18 @@ class Exchange {
     if (this.settled) return;
     this.settled = true;
     this.say(round.query, round.utterance);
-    const told = round.replans ? [`The agent replanned ${round.replans === 1 ? "once" : `${round.replans} times`}.`] : [];
+    const actions = round.actions.filter((action) => !namedIn(round.notes, action)); // a note tells of it
     this.read.hidden = !round.understood.length;
     setText(this.read, `Understood: ${round.understood.join("; ")}`);
     this.done.replaceChildren(
-      ...(round.actions.length ? [actionList(round.actions, this.named)] : []),
-      ...told.map((each) => h("p", {}, each)),
+      ...(actions.length ? [actionList(actions, this.named)] : []),
       ...round.notes.map((note) =>
         before.includes(note)
           ? h("p", { class: "note again" }, "As before: ", note)
-          : h("p", { class: "note" }, unseen("Note: "), note),
+          : message("p", `note ${kindOf(note)}`, unseen("Note: "), note),
       ),
     );
   }
-}
-
-function bubble(kind, who) {
-  const text = h("span", {});
-  const element = h("p", { class: `bubble ${kind}` }, unseen(`${who}: `), text);
-  return {
-    element,
-    show: (said) => {
-      element.hidden = !said;
-      setText(text, said ?? "");
-    },
-  };
 }
 
 const WAIT = "Not sent yet: the assistant is still busy. Your words stay here until you send them.";
@@ -166,7 +165,7 @@ export class Composer {
       id: "utterance",
       rows: 1,
       maxlength: 2000,
-      placeholder: "Write what you would like",
+      placeholder: "Say what you want",
       oninput: () => this.#typed(),
       onkeydown: (event) => {
         if (event.key !== "Enter" || event.shiftKey) return;

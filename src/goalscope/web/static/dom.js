@@ -64,6 +64,14 @@ export function unseen(text) {
   return h("span", { class: "unseen" }, text);
 }
 
+const SIGNS = { done: "\u2713", pinned: "\u2713", added: "+", removed: "\u2212", guessed: "\u2248", asked: "?", refused: "!" };
+
+/** What the assistant tells; its sign and its class, of several words, say of which kind it is. */
+export function message(name, kind, ...children) {
+  const sign = h("span", { class: "sign", "aria-hidden": "true" }, SIGNS[kind.split(" ").at(-1)]);
+  return h(name, { class: `message ${kind}` }, sign, h("span", {}, ...children));
+}
+
 /** The name of a goal; that of "Unspecified" says what it stands for. */
 export function nameOf(goal) {
   return goal.unspecified ? "None of these yet" : goal.text;
@@ -98,6 +106,21 @@ export function localTime(iso) {
 /** Whether the person asked for less motion. */
 export function calm() {
   return matchMedia("(prefers-reduced-motion: reduce)").matches;
+}
+
+/** A line for what goes wrong, and a function that does something and says there why it failed. */
+export function attempts() {
+  const problem = h("p", { class: "problem", role: "alert", hidden: true });
+  const attempt = async (work) => {
+    problem.hidden = true;
+    try {
+      await work();
+    } catch (error) {
+      problem.textContent = error.message;
+      problem.hidden = false;
+    }
+  };
+  return [problem, attempt];
 }
 
 let lastId = 0;

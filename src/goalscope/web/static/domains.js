@@ -2,12 +2,12 @@
 
 const NOTHING = "Nothing has been done yet.";
 const VIEWS = {
-  basket: { state: "The basket", empty: "The basket is empty." },
-  map: { state: "The room", empty: NOTHING },
-  text: { state: "The state", empty: NOTHING },
+  basket: { state: "The basket", empty: "The basket is empty.", examples: ["I\u2019m making pancakes on Sunday.", "Please add a bag of apples.", "Do you have oat milk?"] },
+  map: { state: "The room", empty: NOTHING, examples: ["Put the tomato into the fridge.", "I have friends coming for coffee.", "Where is the bread?"] },
+  text: { state: "The state", empty: NOTHING, examples: [] },
 };
 
-/** What the state after a round is called, and shown as while it is empty. */
+/** What the state after a round is called, shown as while it is empty, and what one may say first. */
 export function stateOf(episode) {
   return VIEWS[episode.view ?? "text"];
 }

@@ -18,7 +18,7 @@ export function example() {
   return h(
     "section",
     { class: "example", "aria-labelledby": "example" },
-    h("h2", { id: "example" }, "Three sentences move a belief"),
+    h("h2", { id: "example" }, "Three sentences, and what I make of them"),
     ribbons.element,
     h("ol", {}, ...SAID.map(([text]) => h("li", {}, `\u201c${text}\u201d`))),
   );

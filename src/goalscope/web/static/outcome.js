@@ -1,9 +1,9 @@
 /** Actions and their outcome: the basket, the room, or another state. */
 
-import { count, h, setText, unseen } from "./dom.js";
+import { count, h, message, unseen } from "./dom.js";
 import { acts, stateOf } from "./domains.js";
 import { Room } from "./room.js";
-import { statusSummary, statusView } from "./status.js";
+import { moveOf, statusView } from "./status.js";
 
 /**
  * The actions of a round with their results; look-ups are folded.
@@ -17,7 +17,7 @@ export function actionList(actions, named) {
     "div",
     { class: "outcomes" },
     lookUps.length ? lookUpList(lookUps) : null,
-    others.length ? h("ul", { class: "actions" }, ...others.map((action) => actionItem(action, named))) : null,
+    others.length ? h("ul", { class: "messages" }, ...others.map((action) => actionItem(action, named))) : null,
   );
 }
 
@@ -33,18 +33,13 @@ function lookUpList(actions) {
 function actionItem(action, named) {
   const [first] = action.observation.split("\n");
   const apart = named || !action.ok;
-  return h(
+  return message(
     "li",
-    { class: action.ok ? "done" : "failed", title: action.text },
-    h("span", { class: "sign", "aria-hidden": "true" }, action.ok ? "\u2713" : "\u2717"),
-    h(
-      "span",
-      {},
-      unseen(action.ok ? "done: " : "failed: "),
-      apart ? action.text : told(action),
-      !apart ? null : h("span", { class: "reason" }, ` \u2013 ${first}`),
-      action.irreversible && !action.observation.includes("cannot be undone") ? h("span", { class: "badge" }, "cannot be undone") : null,
-    ),
+    action.ok ? (moveOf(action)?.kind ?? "done") : "refused",
+    unseen(action.ok ? "done: " : "failed: "),
+    apart ? action.text : told(action),
+    !apart ? null : h("span", { class: "reason" }, ` \u2013 ${first}`),
+    action.irreversible && !action.observation.includes("cannot be undone") ? h("span", {}, " ", h("span", { class: "badge" }, "cannot be undone")) : null,
   );
 }
 
@@ -74,11 +69,10 @@ export class Outcome {
     this.shown = null;
     this.room = episode.view === "map" ? new Room(episode.id) : null;
     this.body = h("div", {});
-    this.total = h("span", { class: "sum" });
     this.element = h(
-      "div",
-      { class: "panel", hidden: !acts(episode) },
-      h("h2", {}, this.state.state, this.total),
+      "section",
+      { class: "panel", hidden: !acts(episode), "aria-label": this.state.state },
+      h("h2", {}, this.state.state),
       this.room?.element,
       this.body,
     );
@@ -138,7 +132,6 @@ export class Outcome {
     const key = `${number} ${status} ${goesOn}`;
     if (key === this.shown) return;
     this.shown = key;
-    setText(this.total, statusSummary(status));
     const focused = this.#removers.indexOf(document.activeElement);
     const mark = goesOn && this.hands ? (name) => this.#mark(name) : null;
     this.body.replaceChildren(statusView(status || this.state.empty, items, mark));

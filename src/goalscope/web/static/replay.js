@@ -5,7 +5,7 @@ import { Bars, changesOf } from "./belief.js";
 import { Log } from "./chat.js";
 import { coloursOf } from "./colours.js";
 import { count, h, localTime, setText } from "./dom.js";
-import { domainOf, isDrawn, nameOfDomain, personOf } from "./domains.js";
+import { domainOf, isDrawn, personOf } from "./domains.js";
 import { Outcome } from "./outcome.js";
 import { Ribbons } from "./ribbons.js";
 import { itemsOf } from "./status.js";
@@ -23,7 +23,7 @@ export async function replay(main, { id, options }, signal) {
   if (signal.aborted) return;
   document.title = "Replay \u00b7 goalscope";
   const slider = new Slider(state.rounds.length, signal);
-  const view = new View(state, coloursOf(beliefsOf(state)), (number) => slider.go(number));
+  const view = new View(state, options, coloursOf(beliefsOf(state)), (number) => slider.go(number));
   const head = h("header", { class: "replay-head" }, h("h1", {}, `Replay: ${domainOf(state.episode, options).title}`), links(state));
   main.replaceChildren(h("div", { class: "page replay" }, head, slider.element, view.element));
   slider.follow((number) => view.show(number));
@@ -32,16 +32,16 @@ export async function replay(main, { id, options }, signal) {
 
 /**
  * @param {HTMLElement} main
- * @param {{first: string, second: string}} at
+ * @param {{first: string, second: string, options: object}} at
  * @param {AbortSignal} signal
  */
-export async function compare(main, { first, second }, signal) {
+export async function compare(main, { first, second, options }, signal) {
   const states = await Promise.all([api.episode(first), api.episode(second)]);
   if (signal.aborted) return;
   document.title = "Compare \u00b7 goalscope";
   const slider = new Slider(Math.max(...states.map((state) => state.rounds.length)), signal);
   const colours = coloursOf(states.flatMap(beliefsOf));
-  const views = states.map((state) => new View(state, colours, (number) => slider.go(number)));
+  const views = states.map((state) => new View(state, options, colours, (number) => slider.go(number)));
   const columns = views.map((view, place) => {
     const { id } = states[place].episode;
     const name = place ? "Second" : "First";
@@ -156,10 +156,11 @@ class Slider {
 class View {
   /**
    * @param {{episode: import("./api.js").Episode, rounds: import("./api.js").Round[]}} state
+   * @param {object} options
    * @param {Map<string, string>} colours
    * @param {(number: number) => void} go Shows another round.
    */
-  constructor({ episode, rounds }, colours, go) {
+  constructor({ episode, rounds }, options, colours, go) {
     this.episode = episode;
     this.rounds = rounds;
     this.colours = colours;
@@ -169,7 +170,7 @@ class View {
     this.outcome = new Outcome(episode);
     this.log = new Log(episode);
     this.changes = h("div", { class: "changes-slot" });
-    this.element = h("div", { class: "view" }, ...about(episode), ...this.#panels());
+    this.element = h("div", { class: "view" }, ...about(episode, options), ...this.#panels());
   }
 
   #panels() {
@@ -183,7 +184,7 @@ class View {
         h(
           "div",
           {},
-          h("div", { class: "panel" }, h("h2", {}, "What it thought"), this.bars.element, this.changes),
+          h("div", { class: "panel" }, h("h2", {}, "What I thought you want"), this.bars.element, this.changes),
           this.outcome.element,
         ),
       ),
@@ -218,12 +219,12 @@ class View {
   }
 }
 
-function about(episode) {
+function about(episode, options) {
   const facts = [
     localTime(episode.created),
-    nameOfDomain(episode.domain),
+    domainOf(episode, options).title,
     personOf(episode),
-    `method ${episode.method}`,
+    options.methods.find((one) => one.name === episode.method)?.about ?? episode.method,
     episode.model,
     count(episode.rounds, "round"),
     episode.score === null ? "" : `score ${episode.score.toFixed(2)}`,

@@ -2,14 +2,11 @@
 
 import { h, nameOf, percent, svg } from "./dom.js";
 
-const HEIGHT = 168;
+const HEIGHT = 112;
 const AXIS = 22;
 const PLATEAU = 0.36;
-const LABEL_SHARE = 0.4;
-const WIDEST_LABEL = 300;
 const VISIBLE = 0.01;
-const LABEL_HEIGHT = 14;
-const CHARACTER = 6.6;
+const NAMED = 0.05;
 
 /**
  * @typedef {{label: string, belief: ?import("./api.js").Belief}} Column
@@ -25,8 +22,9 @@ export class Ribbons {
     this.colours = new Map();
     this.selected = null;
     this.picture = h("div", { class: "ribbons-picture" });
+    this.key = h("ul", { class: "key", "aria-hidden": "true" });
     this.table = h("div", { class: "unseen" });
-    this.element = h("figure", { class: "ribbons" }, this.picture, this.table);
+    this.element = h("figure", { class: "ribbons" }, this.picture, this.key, this.table);
     this.width = 0;
     new ResizeObserver(([entry]) => {
       const width = Math.round(entry.contentRect.width);
@@ -48,17 +46,17 @@ export class Ribbons {
     this.selected = selected;
     this.element.hidden = this.columns.length === 0;
     this.#draw();
-    this.table.replaceChildren(tableOf(this.columns, seriesOf(this.columns)));
+    const all = seriesOf(this.columns);
+    const named = all.filter((series) => Math.max(...series.values) >= NAMED);
+    this.key.replaceChildren(...named.map((series) => h("li", { class: this.#classOf(series) }, nameOf(series))));
+    this.table.replaceChildren(tableOf(this.columns, all));
   }
 
   #draw() {
     if (!this.width || !this.columns.length) return;
-    const plot = this.width - Math.min(LABEL_SHARE * this.width, WIDEST_LABEL);
-    const step = plot / this.columns.length;
+    const step = this.width / this.columns.length;
     const bands = stacked(seriesOf(this.columns));
     const wide = bands.filter((band) => band.series.values.some((value) => value >= VISIBLE));
-    const parts = wide.map((band) => this.#ribbon(band, step));
-    const labels = bands.map((band) => this.#label(band, plot));
     this.picture.replaceChildren(
       svg(
         "svg",
@@ -70,8 +68,7 @@ export class Ribbons {
           "aria-hidden": "true",
           onclick: (event) => this.#select(event, step),
         },
-        ...parts,
-        ...labels,
+        ...wide.map((band) => this.#ribbon(band, step)),
         ...this.#axis(step),
       ),
     );
@@ -90,21 +87,6 @@ export class Ribbons {
     const history = band.series.values.map((value) => percent(value)).join(" \u2192 ");
     const title = svg("title", {}, `${nameOf(band.series)}: ${history}`);
     return svg("path", { class: `ribbon ${this.#classOf(band.series)}`, d: outline(band, step) }, title);
-  }
-
-  #label(band, plot) {
-    const last = band.tops.length - 1;
-    const thickness = (band.bottoms[last] - band.tops[last]) * HEIGHT;
-    if (thickness < LABEL_HEIGHT) return null;
-    const y = ((band.tops[last] + band.bottoms[last]) / 2) * HEIGHT;
-    const room = Math.floor((this.width - plot - 14) / CHARACTER);
-    return svg(
-      "g",
-      {},
-      svg("rect", { class: `key ${this.#classOf(band.series)}`, x: plot + 6, y: y - 4, width: 3, height: 8, rx: 1 }),
-      svg("text", { class: "ribbon-label", x: plot + 14, y: y + 4 }, shortened(nameOf(band.series), room)),
-      svg("title", {}, nameOf(band.series)),
-    );
   }
 
   #axis(step) {
@@ -178,10 +160,6 @@ function outline({ tops, bottoms }, step) {
     path += `H${ends[place][0].toFixed(1)}`;
   }
   return `${path}Z`;
-}
-
-function shortened(text, room) {
-  return text.length <= room ? text : `${text.slice(0, Math.max(room - 1, 1)).trimEnd()}\u2026`;
 }
 
 function tableOf(columns, all) {

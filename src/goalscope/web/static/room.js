@@ -3,28 +3,35 @@
 import { pathOf } from "./api.js";
 import { h, setText } from "./dom.js";
 
-const PHONE = 340;
-const DESKTOP = 560;
+const [NARROWEST, WIDEST, STEP] = [240, 560, 20];
 
 export class Room {
   /** @param {string} id The episode's. */
   constructor(id) {
     this.id = id;
-    this.asked = 0;
+    this.round = null;
+    this.path = "";
     this.map = h("img", { class: "map", hidden: true });
     this.problem = h("p", { class: "problem", role: "alert", hidden: true });
     this.link = h("a", { class: "small", target: "_blank", rel: "noopener" }, "Open the map in a new tab");
     this.element = h("div", {}, this.map, this.problem, h("p", {}, this.link));
+    new ResizeObserver(() => this.#load()).observe(this.element);
   }
 
-  /**
-   * Loads the map; an answer that comes too late is dropped.
-   * @param {number} round 0 is the start.
-   */
-  async show(round) {
-    const asked = ++this.asked;
-    const width = window.innerWidth < DESKTOP ? PHONE : DESKTOP;
-    const path = pathOf(this.id, `/picture.svg?round=${round}&width=${width}`);
+  /** @param {number} round 0 is the start. */
+  show(round) {
+    this.round = round;
+    this.path = "";
+    this.#load();
+  }
+
+  /** Loads the map if there is room for it; an answer that comes too late is dropped. */
+  async #load() {
+    const { round } = this;
+    const there = STEP * Math.floor(this.element.clientWidth / STEP);
+    const path = pathOf(this.id, `/picture.svg?round=${round}&width=${Math.min(WIDEST, Math.max(NARROWEST, there))}`);
+    if (!there || round === null || path === this.path) return;
+    this.path = path;
     this.link.href = path;
     let svg = "";
     try {
@@ -33,7 +40,7 @@ export class Room {
     } catch {
       // reported below
     }
-    if (asked !== this.asked) return;
+    if (path !== this.path) return;
     this.problem.hidden = svg !== "";
     setText(this.problem, svg ? "" : "The room could not be drawn.");
     this.map.hidden = !svg;

@@ -2,7 +2,7 @@
 
 import { Bars, changeList, changesOf } from "./belief.js";
 import { coloursOf } from "./colours.js";
-import { h, nameOf, percent, setText } from "./dom.js";
+import { attempts, h, nameOf, percent, setText } from "./dom.js";
 import { Outcome } from "./outcome.js";
 import { Ribbons } from "./ribbons.js";
 import { itemsOf, statusSummary } from "./status.js";
@@ -33,7 +33,7 @@ export class Side {
     this.history = h(
       "section",
       { class: "panel", "aria-label": "History" },
-      h("h2", {}, "How it moved"),
+      h("h2", {}, "How my guess moved"),
       this.ribbons.element,
       this.changes,
     );
@@ -132,20 +132,14 @@ export class Side {
   }
 
   #addForm() {
-    const problem = h("p", { class: "problem", role: "alert", hidden: true });
-    const send = async (text) => {
-      problem.hidden = true;
-      try {
-        await this.hands.correct("pin", text);
-        form.reset();
-        box.open = false;
-      } catch (error) {
-        problem.textContent = error.message;
-        problem.hidden = false;
-      }
+    const [problem, attempt] = attempts();
+    const add = async (text) => {
+      await this.hands.correct("pin", text);
+      form.reset();
+      box.open = false;
     };
-    const form = wordsForm("What you want, in your words", "", "Add", send);
-    const hint = h("p", { class: "soft small" }, "It counts as confirmed: almost certainly what you want.");
+    const form = wordsForm("What you want, in your words", "", "Add", (text) => attempt(() => add(text)));
+    const hint = h("p", { class: "soft small" }, "I take it as confirmed: almost certainly what you want.");
     const box = h("details", { class: "add" }, h("summary", {}, "Add a goal"), form, hint, problem);
     return box;
   }

@@ -1,7 +1,7 @@
 /** The first page: choose a domain and begin. */
 
 import { api } from "./api.js";
-import { count, h, localTime } from "./dom.js";
+import { attempts, count, h, localTime } from "./dom.js";
 import { domainOf, goesOn } from "./domains.js";
 import { example } from "./example.js";
 
@@ -22,11 +22,11 @@ export async function start(main, { options }, signal) {
       h(
         "div",
         { class: "start-main" },
-        h("h1", { class: "hero" }, "Say what you want. Watch what it understands."),
+        h("h1", { class: "hero" }, "Say what you want. See what I understand."),
         h(
           "p",
           { class: "lead" },
-          "This assistant keeps a probability for each goal that you may have, in plain words, and updates it with everything you say. You see all of it, and can correct it.",
+          "I keep a list of what you may want, and of how likely each is. You see all of it, and can correct me.",
         ),
         beginForm(options),
         goOn,
@@ -58,12 +58,10 @@ function beginForm(options) {
   const method = h(
     "select",
     { id: "method", name: "method" },
-    ...options.methods.map((one) => h("option", { value: one.name }, one.name)),
+    ...options.methods.map((one) => h("option", { value: one.name }, one.about)),
   );
-  const about = h("p", { class: "soft small", id: "about" });
-  method.setAttribute("aria-describedby", "about");
   const sceneField = h("p", { class: "field" }, h("label", { for: "scene" }, "Scene"), scene);
-  const problem = h("p", { class: "problem", role: "alert", hidden: true });
+  const [problem, attempt] = attempts();
   const button = h("button", { type: "submit", class: "primary large" }, "Begin");
   const cards = options.domains.map((domain, place) => domainCard(domain, place === 0, () => choose(domain)));
 
@@ -74,38 +72,25 @@ function beginForm(options) {
       ...domain.scenes.map((name) => h("option", { value: name }, name)),
     );
   };
-  const tell = () => {
-    about.textContent = options.methods.find((one) => one.name === method.value)?.about ?? "";
-  };
   const begin = async (event) => {
     event.preventDefault();
     button.disabled = true;
-    problem.hidden = true;
     const domain = new FormData(event.target).get("domain");
-    try {
-      const wanted = { domain, method: method.value, ...(scene.value ? { scene: scene.value } : {}) };
-      const { id } = await api.begin(wanted);
-      location.hash = `#/talk/${id}`;
-    } catch (error) {
-      problem.textContent = error.message;
-      problem.hidden = false;
-      button.disabled = false;
-    }
+    const wanted = { domain, method: method.value, ...(scene.value ? { scene: scene.value } : {}) };
+    await attempt(async () => (location.hash = `#/talk/${(await api.begin(wanted)).id}`));
+    button.disabled = problem.hidden;
   };
-  method.addEventListener("change", tell);
   choose(options.domains[0]);
-  tell();
   return h(
     "form",
     { class: "begin", onsubmit: begin },
-    h("fieldset", { class: "domains" }, h("legend", {}, "What should it help with?"), ...cards),
+    h("fieldset", { class: "domains" }, h("legend", {}, "What should I help with?"), ...cards),
     h(
       "details",
       { class: "more" },
       h("summary", {}, "More options"),
       sceneField,
-      h("p", { class: "field" }, h("label", { for: "method" }, "Method"), method),
-      about,
+      h("p", { class: "field" }, h("label", { for: "method" }, "The agent"), method),
     ),
     problem,
     button,
@@ -115,7 +100,7 @@ function beginForm(options) {
 function domainCard(domain, checked, choose) {
   return h(
     "label",
-    { class: "domain" },
+    { class: "domain choice" },
     h("input", { type: "radio", name: "domain", value: domain.name, checked, onchange: choose }),
     h("span", { class: "domain-text" }, h("strong", {}, domain.title), h("span", { class: "soft" }, domain.about)),
   );

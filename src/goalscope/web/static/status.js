@@ -4,8 +4,10 @@ import { h, unseen } from "./dom.js";
 
 const ITEM = /^- (\d+) x (.*): (.*)$/;
 const UNIT = / \([^()]*\)$/;
-const MOVED = /^(?:add|remove) item: (.*?)(?: x\d+)?$/;
+const MOVED = /^(add|remove) item: (.*?)(?: x\d+)?$/;
 const GUESSED = "Guessed, not asked for: ";
+const MENTIONED = "Because you mentioned it: ";
+const GIVEN_UP = "Taken back, as it was a guess for another goal: ";
 const TOTAL = /^Total: (.*)$/;
 
 /** Whether a status is a basket with items in it. */
@@ -21,10 +23,9 @@ function isBasket(lines) {
 export function itemsOf(rounds) {
   const items = new Map();
   for (const { actions, notes } of rounds) {
-    const guesses = notes.filter((note) => note.startsWith(GUESSED)).map((note) => `, ${note.slice(GUESSED.length, -1)},`);
-    for (const { text, ok } of actions) {
-      const name = ok && MOVED.exec(text)?.[1];
-      if (name) items.set(name, guesses.some((guess) => names(guess, name)));
+    for (const action of actions) {
+      const { name } = moveOf(action) ?? {};
+      if (name && action.ok) items.set(name, notes.some((note) => names(note, GUESSED, name)));
     }
     for (const name of items.keys()) {
       if (notes.some((note) => note.endsWith(` x ${name} already.`))) items.set(name, false);
@@ -33,15 +34,30 @@ export function itemsOf(rounds) {
   return items;
 }
 
-/** Whether a list of guesses, each perhaps with the goal that it is for, names an item. */
-function names(guesses, item) {
-  return [", ", "; "].some((before) => [",", ";", " (to "].some((after) => guesses.includes(before + item + after)));
+/** What an action puts into the basket, or takes out of it; null for all others. */
+export function moveOf({ text }) {
+  const [, verb, name] = MOVED.exec(text) ?? [];
+  return name ? { kind: verb === "add" ? "added" : "removed", name } : null;
 }
 
-/** How many of the items of a basket were guessed. */
-export function countGuesses(status, items) {
-  const lines = status.split("\n").map((line) => ITEM.exec(line)).filter(Boolean);
-  return lines.filter((line) => items.get(nameIn(line[2], items))).length;
+/** Whether a note with this prefix, a list of things perhaps with the goals that they are for, names a thing. */
+function names(note, prefix, thing) {
+  const list = note.startsWith(prefix) ? `, ${note.slice(prefix.length, -1)},` : "";
+  return [", ", "; "].some((before) => [",", ";", " (to "].some((after) => list.includes(before + thing + after)));
+}
+
+const KINDS = { [GUESSED]: "guessed", [MENTIONED]: "guessed", [GIVEN_UP]: "removed", "Taken back: ": "done" };
+
+/** Whether notes tell already that a thing was put into the basket, or taken out of it. */
+export function namedIn(notes, action) {
+  const { kind, name } = moveOf(action) ?? {};
+  const prefixes = kind === "added" ? [GUESSED, MENTIONED] : [GIVEN_UP];
+  return Boolean(kind) && notes.some((note) => prefixes.some((prefix) => names(note, prefix, name)));
+}
+
+/** Of which kind a note is: something guessed, removed, done, or else refused or doubted. */
+export function kindOf(note) {
+  return Object.entries(KINDS).find(([prefix]) => note.startsWith(prefix))?.[1] ?? "refused";
 }
 
 /** The name in a line of the basket, which may bear a unit. */
@@ -95,7 +111,7 @@ function basket(lines, known, hands) {
             "tr",
             {},
             cell("td", `${number}\u00a0\u00d7`, { class: "quantity" }),
-            h("td", {}, name, unit && h("span", { class: "soft" }, unit), known.get(name) && h("span", { class: "badge" }, "guessed")),
+            h("td", {}, name, unit && h("span", { class: "soft" }, unit), ...(known.get(name) ? [" ", h("span", { class: "badge" }, "guessed")] : [])),
             cell("td", price, { class: "price" }),
             mark ? h("td", { class: "remove-cell" }, button(name)) : null,
           );

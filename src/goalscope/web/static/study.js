@@ -226,7 +226,7 @@ function question(place, item) {
 function ratingField(rating, words, checked) {
   return h(
     "label",
-    { class: "step" },
+    { class: "step choice" },
     h("input", { type: "radio", name: "rating", value: rating, checked, required: true }),
     h("span", { class: "step-number" }, String(rating)),
     words && h("span", { class: "step-words" }, words),

@@ -2,10 +2,10 @@
 
 import { api, listen } from "./api.js";
 import { Composer, Log } from "./chat.js";
-import { count, h, setText } from "./dom.js";
+import { count, h } from "./dom.js";
 import { drafts } from "./drafts.js";
-import { domainOf } from "./domains.js";
-import { countGuesses, itemsOf, statusSummary, statusView } from "./status.js";
+import { domainOf, stateOf } from "./domains.js";
+import { itemsOf, statusSummary, statusView } from "./status.js";
 import { Side, Strip } from "./side.js";
 
 /**
@@ -41,10 +41,11 @@ class Talk {
       marking: () => this.render(),
     });
     this.strip = new Strip(this.side.element);
-    this.status = h("p", { class: "thinking", role: "status" });
     this.error = h("div", { class: "slot", role: "alert" });
     this.end = h("div", { class: "slot" });
     this.hint = h("p", { class: "hint" });
+    this.examples = this.#examples();
+    this.log.after.before(this.examples);
     main.replaceChildren(this.#page());
     this.composer.restore();
     this.render();
@@ -58,11 +59,18 @@ class Talk {
     const chat = h(
       "section",
       { class: "chat", "aria-label": title },
-      h("header", { class: "chat-head" }, h("h1", {}, title), h("p", { class: "soft" }, this.domain.about)),
+      h("header", { class: "chat-head" }, h("h1", {}, title)),
       this.log.element,
-      h("div", { class: "foot" }, this.status, this.error, this.end, this.composer.element, this.hint),
+      h("div", { class: "foot" }, this.log.below, this.error, this.end, this.composer.element, this.hint),
     );
     return h("div", { class: "talk", "data-view": this.state.episode.view }, chat, this.strip.element, this.side.element);
+  }
+
+  /** What one may say first, to click. */
+  #examples() {
+    const said = (text) => h("button", { type: "button", onclick: () => this.composer.send(text) }, text);
+    const { examples } = stateOf(this.state.episode);
+    return h("div", { class: "examples", role: "group", "aria-label": "Examples" }, h("p", {}, "You could say:"), ...examples.map(said));
   }
 
   #listen() {
@@ -163,6 +171,7 @@ class Talk {
     this.#confirm(live);
     this.#end(episode, rounds, live);
     const ready = Boolean(live && live.phase === "idle" && live.query && this.pending === null);
+    this.examples.hidden = !ready || rounds.length > 0 || Boolean(this.failed) || !this.examples.querySelector("button");
     this.side.setReady(ready);
     this.composer.setReady(ready && !this.side.marks);
   }
@@ -170,8 +179,8 @@ class Talk {
   #status(live, connected) {
     const idle = this.side.marks ? "Removing the items that you crossed out\u2026" : "";
     const step = connected ? working(live, this.pending) || idle : "Connection lost. Trying again\u2026";
-    this.status.classList.toggle("busy", Boolean(step));
-    setText(this.status, step);
+    const first = step && connected && !this.state.rounds.length && live?.utterance;
+    this.log.tell(first ? `${step} The first answer takes longest.` : step);
   }
 
   #error(live) {
@@ -210,22 +219,21 @@ class Talk {
     const buys = this.state.episode.view === "basket";
     const about = buys ? "Your basket" : "This cannot be undone.";
     const items = itemsOf(this.state.rounds);
-    const guesses = countGuesses(status, items);
     const answer = (words, confirmed) => {
       this.say(words, confirmed);
       this.log.element.focus({ preventScroll: true });
     };
+    const label = (words) => words.replace(/\.$/, ""); // a button says the words that it sends
     return h(
       "section",
       { class: "card confirm", "aria-label": "To confirm" },
       h("h2", {}, query.includes(question) ? about : question),
-      guesses ? h("p", { class: "small" }, `${guesses} of these ${guesses === 1 ? "was" : "were"} guessed, not asked for.`) : null,
       buys ? statusView(status, items) : null,
       h(
         "div",
         { class: "buttons" },
-        h("button", { type: "button", class: "primary", onclick: () => answer(yes, state) }, buys ? "Buy this basket" : "Yes"),
-        h("button", { type: "button", onclick: () => answer(no) }, "Not yet"),
+        h("button", { type: "button", class: "primary", onclick: () => answer(yes, state) }, label(yes)),
+        h("button", { type: "button", onclick: () => answer(no) }, label(no)),
       ),
     );
   }
@@ -245,12 +253,21 @@ class Talk {
   }
 }
 
+const STEPS = {
+  reading: "Reading your words",
+  "proposing goals": "Thinking of what you may want",
+  "checking goals": "Checking these goals",
+  planning: "Working out what to do",
+  asking: "Thinking of what to ask",
+};
+
 /** What the agent does now, in words; empty while it is the person's turn. */
 function working(live, pending) {
   if (!live) return "";
   if (live.phase === "idle" && pending === null) return "";
-  const step = live.step || "thinking";
-  return `${step[0].toUpperCase()}${step.slice(1)}\u2026`;
+  const step = live.step || "reading";
+  const scored = /^scoring (.*)$/.exec(step)?.[1];
+  return `${scored ? `Weighing your words for ${scored}` : (STEPS[step] ?? step)}\u2026`;
 }
 
 function endCard(episode, total, unsent) {

@@ -1,13 +1,15 @@
 /** The reasons for a goal, and corrections of it. */
 
 import { api } from "./api.js";
-import { h, percent, signed } from "./dom.js";
+import { attempts, h, percent, signed } from "./dom.js";
 
 const SLIGHT = 0.1;
+const SPEAKS = 1;
+const SPEAKS_STRONGLY = 4;
 const COLUMNS = [
-  ["Evidence", "how much these words favour the goal (+) or count against it (\u2212), relative to the mean of the others, in nats. Words in its favour can still make it less likely if another goal gains more."],
-  ["After it", "how likely the goal was then, among the current goals. If goals were added or removed since, that round showed a different belief, as the ribbons do."],
-  ["If unsaid", "how likely it would be now without these words."],
+  ["Evidence", "for the goal (+) or against it (\u2212), relative to the mean of the others, in nats. Words in its favour can still make it less likely if another goal gains more."],
+  ["Then", "how likely the goal was after these words, among the goals of today."],
+  ["Without", "how likely it would be now had they not been said."],
 ];
 
 /**
@@ -32,18 +34,10 @@ export function details({ id, goal, round, weighs, goesOn, correct }) {
 }
 
 function corrections(goal, correct) {
-  const problem = h("p", { class: "problem", role: "alert", hidden: true });
-  const act = async (kind, text) => {
-    problem.hidden = true;
-    try {
-      await correct(kind, text);
-    } catch (error) {
-      problem.textContent = error.message;
-      problem.hidden = false;
-    }
-  };
+  const [problem, attempt] = attempts();
+  const act = (kind, text) => attempt(() => correct(kind, text));
   const form = wordsForm("In your words", goal.text, "Save", (text) => act("reword", text));
-  const hint = h("p", { class: "soft" }, "Your words replace it, and count as confirmed: almost certainly what you want.");
+  const hint = h("p", { class: "soft" }, "Your words replace it, and I take them as confirmed: almost certainly what you want.");
   const rewording = h("div", { class: "rewording", hidden: true }, form, hint);
   const reword = h(
     "button",
@@ -88,7 +82,7 @@ function evidence(id, goal, round, goesOn) {
   const load = async () => {
     try {
       const { reasons } = await api.why(id, goal, round);
-      box.replaceChildren(...reasonsTable(id, goal, reasons, goesOn));
+      box.replaceChildren(...reasonsOf(id, goal, reasons, goesOn));
     } catch (error) {
       box.replaceChildren(h("p", { class: "problem" }, error.message));
     }
@@ -97,45 +91,45 @@ function evidence(id, goal, round, goesOn) {
   return box;
 }
 
-function reasonsTable(id, goal, reasons, goesOn) {
-  const cells = reasons.map((reason) => h("td", { class: "said" }, reason.utterance));
-  const changes = reasons.filter((reason) => reason.change >= 0.01);
-  const rows = reasons.map((reason, place) =>
+function reasonsOf(id, goal, reasons, goesOn) {
+  const said = reasons.map((reason) => h("p", { class: "said" }, reason.utterance));
+  const items = reasons.map(({ evidence, change }, place) =>
     h(
-      "tr",
+      "li",
       {},
-      h("th", { scope: "row" }, String(reason.turn)),
-      cells[place],
-      h("td", { class: `number ${leaning(reason.evidence)}` }, signed(reason.evidence)),
-      h("td", { class: "number" }, percent(reason.probability)),
-      h("td", { class: "number" }, percent(reason.without)),
+      said[place],
+      h("p", { class: leaning(evidence, SPEAKS) }, verdict(evidence)),
+      change >= 0.01 ? h("p", { class: "soft" }, `You may have changed your mind before this (${percent(change)}), so earlier words count that much less.`) : null,
     ),
   );
-  const heads = [
-    ["", "Turn"],
-    ["Said", null],
-    ...COLUMNS.map(([name]) => [name, null]),
-  ];
-  const table = h(
-    "table",
-    { class: "reasons" },
-    h("caption", { class: "unseen" }, `What each sentence says for: ${goal}`),
+  const rows = reasons.map((reason) => {
+    const values = [signed(reason.evidence), percent(reason.probability), percent(reason.without)];
+    return h("tr", {}, h("th", { scope: "row" }, String(reason.turn)), ...values.map((value) => h("td", { class: "number" }, value)));
+  });
+  const heads = ["Message", ...COLUMNS.map(([name]) => name)];
+  const numbers = h(
+    "details",
+    {},
+    h("summary", {}, "In numbers"),
     h(
-      "thead",
-      {},
-      h("tr", {}, ...heads.map(([text, title]) => h("th", { scope: "col", title }, text || h("span", { class: "unseen" }, title)))),
+      "table",
+      { class: "reasons" },
+      h("caption", { class: "unseen" }, `What each message says for: ${goal}`),
+      h("thead", {}, h("tr", {}, ...heads.map((text, place) => h("th", { scope: "col", class: place ? "number" : null }, text)))),
+      h("tbody", {}, ...rows),
     ),
-    h("tbody", {}, ...rows),
+    h("ul", { class: "meanings" }, ...COLUMNS.map(([name, meaning]) => h("li", {}, h("strong", {}, name), `: ${meaning}`))),
   );
-  const rest = goesOn ? [wordByWord(id, goal, reasons, cells)] : [];
-  const meanings = COLUMNS.map(([name, meaning]) => h("li", {}, h("strong", {}, name), `: ${meaning}`));
-  const told = changes.map((reason) =>
-    h("p", { class: "soft" }, `You may have changed your mind before turn ${reason.turn} (${percent(reason.change)}), so earlier words count that much less.`),
-  );
-  return [table, ...told, ...rest, h("ul", { class: "meanings" }, ...meanings)];
+  return [h("ol", { class: "said-list" }, ...items), ...(goesOn ? [wordByWord(id, goal, reasons, said)] : []), numbers];
 }
 
-function wordByWord(id, goal, reasons, cells) {
+/** What evidence says, without a number. */
+export function verdict(nats) {
+  if (Math.abs(nats) < SPEAKS) return "Says little about it.";
+  return `Speaks ${Math.abs(nats) < SPEAKS_STRONGLY ? "" : "strongly "}${nats > 0 ? "for" : "against"} it.`;
+}
+
+function wordByWord(id, goal, reasons, said) {
   const note = h("span", { class: "soft", role: "status" });
   const load = async () => {
     button.disabled = true;
@@ -143,7 +137,7 @@ function wordByWord(id, goal, reasons, cells) {
       for (const [place, reason] of reasons.entries()) {
         note.textContent = `Scoring the words, ${place + 1} of ${reasons.length}\u2026`;
         const { words } = await api.words(id, goal, reason.turn);
-        cells[place].replaceChildren(...words.map(([text, nats]) => coloured(text, nats)));
+        said[place].replaceChildren(...words.map(([text, nats]) => coloured(text, nats)));
       }
       note.textContent = "Underlined words favour it; dashed ones count against it.";
       button.hidden = true;
@@ -164,7 +158,7 @@ function coloured(text, nats) {
   return h("span", {}, space, mark, h("span", { class: "unseen" }, ` (${signed(nats, 1)})`));
 }
 
-function leaning(nats) {
-  if (Math.abs(nats) < 0.005) return "neutral";
+function leaning(nats, least = 0) {
+  if (Math.abs(nats) < least) return "soft";
   return nats > 0 ? "for" : "against";
 }
