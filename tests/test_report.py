@@ -12,6 +12,7 @@ import pytest
 from typer import Typer
 from typer.testing import CliRunner
 
+from databases import begin
 from goalscope.base.types import GoalscopeError, InvalidInputError
 from goalscope.cli.report import report
 from goalscope.experiment.dialogues import PREDICTORS, SEEN, UNIFORM, read_dialogues
@@ -133,11 +134,11 @@ def test_what_is_missing_failed_or_mixed_is_said(tmp_path: Path) -> None:
 
 def test_episodes_without_an_experiment_are_reported(tmp_path: Path) -> None:
     with Store.open(tmp_path / "episodes.db") as store:
-        id = store.begin(domain="grocery", method="good", model="m.gguf", task="t", profile="cake")
+        id = begin(store, domain="grocery", method="good", model="m.gguf", task="t", profile="cake")
         for each in rounds():
             store.append(id, each)
         store.finish(id, ended="terminated", score=0.5)
-        store.begin(domain="grocery", method="good", model="m.gguf", task="t")
+        begin(store, domain="grocery", method="good", model="m.gguf", task="t")
     (section,) = read_report(tmp_path / "episodes.db").sections
     (table,) = section.tables
     _, *shown = table.texts()

@@ -6,6 +6,7 @@ from pathlib import Path
 import pytest
 from typer.testing import CliRunner
 
+from databases import begin
 from fakes import GOALS as NAMES
 from fakes import WordModel
 from goalscope.agent.settings import Settings
@@ -193,7 +194,7 @@ def test_a_session_belongs_to_its_model(id: str, kitchen: Kitchen) -> None:
 
 
 def test_there_is_no_session_but_those_of_the_trackers(id: str, kitchen: Kitchen) -> None:
-    shop = kitchen.store.begin(domain="grocery", method="good", model="words", task=TASK)
+    shop = begin(kitchen.store, domain="grocery", method="good", model="words", task=TASK)
     for other in (id[:-1], "", "zz", shop):
         with pytest.raises(InvalidInputError, match="There is no tracking session"):
             kitchen.trackers.read(other)
