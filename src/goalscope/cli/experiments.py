@@ -29,6 +29,7 @@ from goalscope.cli.terminal import loading, model_names, progress, show_tables
 
 if TYPE_CHECKING:
     from goalscope.experiment.plan import Experiment
+    from goalscope.models.opening import ModelKey
 
 bench = typer.Typer(
     no_args_is_help=True, help="Infer known goals, and compare with simpler methods."
@@ -326,7 +327,7 @@ def _model(
     scorer: str | None = None,
     tokenizer: str | None = None,
     adapter: str | None = None,
-) -> dict[str, str]:
+) -> dict[ModelKey, str]:
     """The model settings of a cell."""
     model, generator, scorer = (
         None if name == "embedded" else name for name in (model, generator, scorer)
