@@ -273,13 +273,7 @@ def _run(
     specs = specs_of(plan, named_folder(data))
     folder = results or Path(os.environ.get("GOALSCOPE_RESULTS") or "results")
     path = folder / f"{plan.name}.db"
-    try:
-        path.parent.mkdir(parents=True, exist_ok=True)
-    except OSError as error:
-        raise InvalidInputError(
-            f"Cannot create the folder {path.parent}: {error.strerror or error}. Name another "
-            "one with --results."
-        ) from None
+    path.parent.mkdir(parents=True, exist_ok=True)
     command = command_line(*sys.argv[1:])
     failed: list[str] = []
     done = total = 0
