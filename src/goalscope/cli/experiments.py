@@ -186,9 +186,6 @@ def people(
     ] = "teach",
     data: Data = None,
     limit: Limit = 40,
-    prompts: Annotated[
-        bool, typer.Option(help="Also score the real words by each simulated person's prompt.")
-    ] = True,
     model: Model = None,
     generator: Writer = None,
     scorer: Scorer = None,
@@ -213,11 +210,9 @@ def people(
             f"{results} has no episodes. `goalscope experiment run FILE` makes some, from a file "
             'with [[episodes]] and humans = "simulated".'
         )
-    tables = [realism_table(talks, set, cases)]
-    if prompts:
-        with loading():
-            playing = opened(_model(model, generator, scorer, tokenizer))
-        tables.append(prompt_table(set, cases, playing))
+    with loading():
+        playing = opened(_model(model, generator, scorer, tokenizer))
+    tables = [realism_table(talks, set, cases), prompt_table(set, cases, playing)]
     show_tables(tables, as_json)
 
 

@@ -43,7 +43,7 @@ class Report:
 
 
 def read_report(source: Path, *, draw: bool = True) -> Report:
-    """Read a report from a file of results or of episodes, or from all files in a folder.
+    """Read a report from a file of results or of studies, or from all files in a folder.
 
     Args:
         source: The file or folder; another process may be writing to it.
