@@ -13,11 +13,21 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from itertools import count
 from pathlib import Path
+from typing import Any
 
 import pytest
 
+from goalscope.storage.store import Store, new_episode
+
 PASSWORD = "secret-7f3a"
 _names = count()
+
+
+def begin(store: Store, **values: Any) -> str:
+    """Store an episode with these arguments of `new_episode`, and return its id."""
+    episode = new_episode(**values)
+    store.add(episode)
+    return episode["id"]
 
 
 @dataclass(frozen=True)

@@ -7,6 +7,7 @@ from pathlib import Path
 import pytest
 
 from commands import PROFILES, ROW, fails, only_episode, rows_file, run
+from databases import begin
 from goalscope.agent.agent import Agent
 from goalscope.agent.settings import settings_of
 from goalscope.belief.calibration import DEFAULT, PAPER, keep_calibration
@@ -51,7 +52,7 @@ def test_replay_and_episodes_need_no_model(store_file, monkeypatch):
     monkeypatch.setattr("goalscope.models.opening.open_model", None)
     with Store.open(store_file) as store:
         inner = "Smollm2 135M 8k Lc100K Mix1 Ep2"
-        id = store.begin(domain="grocery", method="good", model=inner, task="Sell.")
+        id = begin(store, domain="grocery", method="good", model=inner, task="Sell.")
         store.append(id, a_round(1))
     shown = run("replay", id[:6])
     assert shown.exit_code == 0

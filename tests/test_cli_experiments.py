@@ -236,10 +236,10 @@ def test_what_cannot_be_used_is_said_in_one_line_and_leaves_nothing_behind(here)
         (("bench", "dialogues", "teach"), "--data"),
         (("bench", "dialogues", "--jsonl", "broken.jsonl"), "line 1"),
         (("experiment", "run", "odd.toml"), "'mcq'"),
-        (("bench", "mcq", "q.jsonl", "--results", "q.jsonl"), "--results"),
         (("data", "list", "--data", "nowhere"), "nowhere"),
     ]:
         assert cause in fails(2, *args)
+    assert "File exists: q.jsonl" in fails(1, "bench", "mcq", "q.jsonl", "--results", "q.jsonl")
     assert not (here / "results").exists()
 
 

@@ -95,11 +95,12 @@ def test_folders_that_cannot_be_taken_are_left_as_they_are(
     (notes / "notes.txt").write_text("Milk.")
     file.write_text("")
     new = "Name a new folder with --out."
+    other = "Check the path and who may use it, or name another one."
     with FileLock(busy / ".lock"):
         for code, out, said in (
             (2, notes, f"{notes} contains notes.txt but no interrupted fit. {new}"),
             (2, file, f"{file} is a file. {new}"),
-            (1, file / "out", f"Cannot write to {file / 'out'}: Not a directory."),
+            (1, file / "out", f"Not a directory: {file / 'out'}. {other}"),
             (2, busy, f"Another process is fitting an adapter in {busy}."),
         ):
             result = run(*fit(rows, out, path))

@@ -7,7 +7,7 @@ from typing import Any
 
 import pytest
 
-from commands import run
+from commands import fails, run
 from goalscope.agent.people import AGREES
 from goalscope.base.types import Turn
 from goalscope.envs.house import HouseController, load_profiles
@@ -68,7 +68,7 @@ def test_a_broken_scene_is_listed_with_its_error_among_the_others(tmp_path: Path
 
 def test_a_picture_that_cannot_be_written_is_refused(tmp_path: Path) -> None:
     for path in (tmp_path / "no" / "room.svg", tmp_path):
-        assert "Name another file" in refused("house", "show", "Bedroom1", "--svg", path)
+        assert "or name another one" in fails(1, "house", "show", "Bedroom1", "--svg", path)
 
 
 def test_run_asks_before_it_slices_and_scores_the_final_state(tmp_path: Path) -> None:

@@ -3,6 +3,7 @@
 import json
 
 from commands import fails, run
+from databases import begin
 from goalscope.storage.store import Store
 from test_study import EXAMPLE, fill
 
@@ -21,7 +22,7 @@ def test_a_study_is_made_shown_closed_exported_and_deleted(tmp_path, monkeypatch
     with Store.open() as store:
         fill(store, METHODS)
         for method in METHODS:
-            talk = store.begin(domain="grocery", method=method, model="m", task="You shop.")
+            talk = begin(store, domain="grocery", method=method, model="m", task="You shop.")
             store.finish(talk, ended="terminated")
     assert run("study", "example").stdout == EXAMPLE.read_text()
     made = run("study", "new", EXAMPLE).stdout

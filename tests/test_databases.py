@@ -13,7 +13,7 @@ from sqlalchemy import Engine, event, text
 from sqlalchemy.dialects.sqlite.base import SQLiteDialect
 
 from commands import run
-from databases import PASSWORD
+from databases import PASSWORD, begin
 from goalscope.base.types import GoalscopeError, InvalidInputError, Turn
 from goalscope.storage.store import Store
 from goalscope.storage.tables import SCHEMA, SCHEMA_VERSION, STUDIES
@@ -27,7 +27,7 @@ ODD = "half \ud800, NUL \x00, 100 % _ ' \" \\ é 🍰"
 def test_any_text_is_stored(place):
     said = a_round(turn=Turn(ODD, ODD), status=ODD)
     with Store.open(place) as store:
-        id = store.begin(domain=ODD, method=ODD, model=ODD, task=ODD, profile=ODD)
+        id = begin(store, domain=ODD, method=ODD, model=ODD, task=ODD, profile=ODD)
         store.append(id, said)
         (info,) = store.episodes(text=ODD)
         assert info.model == ODD.replace("\ud800", "\\ud800").replace("\0", "\\x00")
@@ -46,7 +46,7 @@ def test_any_text_is_stored(place):
 def test_episodes_are_found_by_text_and_come_in_pages(place):
     with Store.open(place) as store:
         tasks = ["Sell.", "100 % clean", "100 x clean", "Sell."]
-        ids = [store.begin(**EPISODE | {"task": task}) for task in tasks]
+        ids = [begin(store, **EPISODE | {"task": task}) for task in tasks]
         store.append(ids[2], a_round(turn=Turn("What?", 'A "5_6" lamp, belief')))
 
         def found(**options):
@@ -71,7 +71,7 @@ def test_many_threads_share_a_store(place):
 
         def talk(n: int) -> str:
             start.wait()
-            id = store.begin(**EPISODE)
+            id = begin(store, **EPISODE)
             for number in range(1, 9):
                 store.append(id, a_round(number, status=str(n)))
                 assert len(store.rounds(id)) == number
@@ -88,7 +88,7 @@ def test_many_threads_share_a_store(place):
 def test_of_threads_that_add_the_same_round_one_does(place):
     start = Barrier(6)
     with Store.open(place) as store:
-        id = store.begin(**EPISODE)
+        id = begin(store, **EPISODE)
 
         def add(n: int) -> bool:
             start.wait()
@@ -141,7 +141,7 @@ def test_of_threads_that_open_a_new_store_at_once_none_fails(database, request, 
         def make(_: int, place: str = place, start: Barrier = start) -> None:
             start.wait()
             with Store.open(place) as store:
-                store.begin(**EPISODE)
+                begin(store, **EPISODE)
 
         with ThreadPoolExecutor(6) as pool:
             list(pool.map(make, range(6)))
@@ -164,7 +164,7 @@ def test_tables_that_could_not_be_made_are_made_at_the_next_opening(place):
             assert list(file.iterdump()) == ["BEGIN TRANSACTION;", "COMMIT;"]
             assert file.execute("PRAGMA application_id").fetchone() == (0,)
     with Store.open(place) as store:
-        id = store.begin(**EPISODE)
+        id = begin(store, **EPISODE)
         assert [each.id for each in store.episodes()] == [id]
 
 
@@ -202,7 +202,7 @@ def test_no_statement_needs_a_newer_sqlite(tmp_path, monkeypatch, request):
 def test_a_closed_file_has_no_journal(tmp_path):
     with Store.open(tmp_path / "s.db") as store:
         with ThreadPoolExecutor(4) as pool:
-            list(pool.map(lambda _: store.begin(**EPISODE), range(8)))
+            list(pool.map(lambda _: begin(store, **EPISODE), range(8)))
         assert (tmp_path / "s.db-wal").exists()
     assert [each.name for each in tmp_path.iterdir()] == ["s.db"]
 
@@ -261,7 +261,7 @@ def test_a_lost_connection_is_explained_and_the_next_call_has_another(server):
             connection.scalar(text("SELECT 1"))
 
     with Store.open(place) as store:
-        id = store.begin(**EPISODE)
+        id = begin(store, **EPISODE)
         with pytest.raises(GoalscopeError, match="try again"):
             read_and_lose()
         assert store.episode(id).id == id
@@ -274,14 +274,14 @@ def test_a_locked_table_is_explained(server, monkeypatch):
     with Store.open(server.new()) as store, store.writing() as connection:
         connection.execute(text("LOCK TABLE episodes"))
         with pytest.raises(GoalscopeError, match="Another program is writing"):
-            store.begin(**EPISODE)
+            begin(store, **EPISODE)
 
 
 def test_the_command_line_takes_an_address(server, monkeypatch):
     place = server.new()
     with Store.open(place) as store:
         assert store.place == place.replace(PASSWORD, "***")
-        id = store.begin(**EPISODE)
+        id = begin(store, **EPISODE)
     assert id in run("episodes", "--json", "--store", place).stdout
     monkeypatch.setenv("GOALSCOPE_STORE", place)
     assert id in run("episodes", "--json").stdout
@@ -303,7 +303,7 @@ def test_other_addresses_are_refused(address, said):
 def test_the_home_folder_is_found_without_a_shell(tmp_path, monkeypatch):
     monkeypatch.setenv("HOME", str(tmp_path))
     with Store.open("~/goals.db") as store:
-        store.begin(**EPISODE)
+        begin(store, **EPISODE)
     assert (tmp_path / "goals.db").is_file()
     with pytest.raises(GoalscopeError, match="no home folder"):
         Store.open("~nobody-of-this-name/goals.db")

@@ -14,6 +14,7 @@ from rich.cells import cell_len
 
 from browsers import needs_chromium
 from commands import run
+from databases import begin
 from goalscope.base.types import Turn
 from goalscope.cli.display import show_episodes
 from goalscope.storage.store import Store
@@ -40,7 +41,7 @@ SAID = {
 def test_an_episode_has_the_first_words_of_its_person(place) -> None:
     with Store.open(place) as store:
         for said, shown in SAID.values():
-            episode = store.begin(domain="grocery", method="good", model="m", task="Sell.")
+            episode = begin(store, domain="grocery", method="good", model="m", task="Sell.")
             assert store.episode(episode).first_words == ""
             store.append(episode, a_round(1, turn=Turn('"utterance": "no"', said)))
             store.append(episode, a_round(2, turn=Turn("What else?", "And milk.")))
@@ -67,7 +68,7 @@ def test_the_terminal_filters_by_words_and_domain(tmp_path: Path) -> None:
     with Store.open(file) as store:
         ids: list[str] = []
         for domain, said in (("grocery", "Some tea"), ("house", "Make tea"), ("/a/my.py", "Swim")):
-            ids.append(store.begin(domain=domain, method="good", model="m", task="t"))
+            ids.append(begin(store, domain=domain, method="good", model="m", task="t"))
             store.append(ids[-1], a_round(turn=Turn("What?", said)))
 
     def found(*options: str) -> list[str]:
@@ -94,7 +95,7 @@ def test_the_page_lists_and_filters_by_them(tmp_path: Path, enter) -> None:
     hostile = "<img src=x onerror=window.ran=1> to clean"
     with Store.open(file) as store:
         for domain, said in (("grocery", "Some tea"), ("house", "Make tea"), ("house", hostile)):
-            episode = store.begin(domain=domain, method="good", model="m", task="t")
+            episode = begin(store, domain=domain, method="good", model="m", task="t")
             store.append(episode, a_round(turn=Turn("What?", said)))
     with site(file) as address:
         page = enter(address)

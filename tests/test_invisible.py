@@ -11,6 +11,7 @@ from hypothesis import example, given
 from hypothesis import strategies as st
 from rich.console import Console
 
+from databases import begin
 from fakes import WordModel
 from goalscope.agent.round import Round
 from goalscope.base.nouns import words
@@ -75,8 +76,8 @@ def test_joiners_are_kept_wherever_a_word_is_shown_or_stored(tmp_path: Path) -> 
     show_round(out, Round(1, turn, Belief.uniform(()), (), status=PERSIAN, notes=(PERSIAN,)), None)
     assert out.file.getvalue().count(PERSIAN) >= 3
     with Store.open(tmp_path / "episodes.db") as store:
-        episode = store.begin(
-            domain=PERSIAN, method="good", model="m", task=PERSIAN, profile=PERSIAN
+        episode = begin(
+            store, domain=PERSIAN, method="good", model="m", task=PERSIAN, profile=PERSIAN
         )
         store.append(episode, Round(1, turn, Belief.uniform(()), ()))
         assert store.rounds(episode)[0].turn == turn

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import json
 from pathlib import Path
-from typing import Any
 
 import pytest
 
@@ -78,14 +77,6 @@ def test_an_adapter_is_named_to_its_server_and_not_here(tmp_path: Path) -> None:
 )
 def test_a_label_names_the_adapter(names: dict[str, str], label: str) -> None:
     assert model_label(names) == label
-
-
-@pytest.mark.parametrize("argument", ["model", "generator", "scorer", "adapter"])
-@pytest.mark.parametrize("bad", [3, b"model.gguf", ["model.gguf"], object()])
-def test_what_is_no_name_is_refused(argument: str, bad: object) -> None:
-    given: dict[str, Any] = {argument: bad}
-    with pytest.raises(InvalidInputError, match=f"{argument} must be a text or a Path, not"):
-        open_model(**given)
 
 
 def test_a_folder_that_holds_no_model_is_refused(tmp_path: Path) -> None:

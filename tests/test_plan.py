@@ -63,7 +63,7 @@ REFUSED = [
     ("name = 'x'\n[mcq]\nfile = 'x'", "leave out 'name'"),
     ("models = [{scorr = 'x'}]", "x.toml, models 1: the key 'scorr'", "did you mean 'scorer'?"),
     ("episodes = {domain = 'grocery', propose = 'often'}", "must be a number or 'paper', not"),
-    ("models = [7]", "models 1: a model must be a name or a table, such as 'embedded', not 7."),
+    ("models = [7]", "models 1 must be a table of keys, not 7."),
     ("models = [{model = 7}]", "'model' must be a text, not 7"),
     # what is there, but not enough or not to be combined
     ("title = 'x'", "nothing to measure. Add a table"),

@@ -93,10 +93,10 @@ def test_a_line_reads_back(tmp_path):
     ("text", "told"),
     [
         ("{", "line 1"),
-        ("[]", "must be an object"),
+        ("[]", "expected a JSON object"),
         ('{"id": "a", "domain": "grocery"}', "'turns'"),
-        ('{"id": "a", "domain": "grocery", "turns": 3}', "line 1"),
-        ('{"id": "a", "domain": "grocery", "turns": [[]]}', "must be an object"),
+        ('{"id": "a", "domain": "grocery", "turns": 3}', "'turns' must be a list"),
+        ('{"id": "a", "domain": "grocery", "turns": [[]]}', "turns 1 must be a table"),
         ('{"id": "a", "domain": "grocery", "turns": [{"message": "x"}]}', "'orders'"),
         (
             '{"id": "a", "domain": "grocery", "turns": [{"message": "x", "orders": [{"do": ""}]}]}',

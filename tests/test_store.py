@@ -12,6 +12,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from hypothesis.extra import numpy as hnp
 
+from databases import begin
 from goalscope.agent.round import Guess, Round
 from goalscope.base.types import (
     Action,
@@ -173,7 +174,7 @@ def test_a_mistyped_file_is_no_new_store(tmp_path):
 def test_what_people_said_is_for_the_owner_alone_until_they_open_it(tmp_path):
     file = tmp_path / "e.db"
     with Store.open(file) as store:
-        store.begin(**EPISODE)
+        begin(store, **EPISODE)
         assert {each.stat().st_mode & 0o777 for each in tmp_path.iterdir()} == {0o600}
     file.chmod(0o640)
     Store.open(file).close()
@@ -183,15 +184,15 @@ def test_what_people_said_is_for_the_owner_alone_until_they_open_it(tmp_path):
 def test_nan_is_refused(place):
     with Store.open(place) as store:
         with pytest.raises(GoalscopeError, match="cannot be stored"):
-            store.begin(**EPISODE, settings={"temperature": float("nan")})
-        id = store.begin(**EPISODE)
+            begin(store, **EPISODE, settings={"temperature": float("nan")})
+        id = begin(store, **EPISODE)
         with pytest.raises(ValueError, match="score"):
             store.finish(id, ended="terminated", score=float("nan"))
 
 
 def test_what_was_stored_is_read_back_by_another_process(place):
     with Store.open(place) as store:
-        id = store.begin(**EPISODE, profile="baker", settings={"k": 3})
+        id = begin(store, **EPISODE, profile="baker", settings={"k": 3})
         store.append(id, a_round(1))
         store.append(id, a_round(2, belief=Belief.uniform(())))
         store.finish(id, ended="terminated", score=0.5)
@@ -208,14 +209,14 @@ def test_what_was_stored_is_read_back_by_another_process(place):
 
 def test_a_unique_prefix_finds_an_episode_and_an_unknown_id_names_the_nearest(place):
     with Store.open(place) as store:
-        id = store.begin(**EPISODE)
+        id = begin(store, **EPISODE)
         assert store.episode(id[:3]).id == id
         wrong = id[:-1] + "x"
         with pytest.raises(InvalidInputError, match=f"(?s){id}.*goalscope episodes"):
             store.rounds(wrong)
         with pytest.raises(InvalidInputError, match="No episode"):
             store.rounds("")
-        ids = [store.begin(**EPISODE) for _ in range(17)]  # 16 first letters
+        ids = [begin(store, **EPISODE) for _ in range(17)]  # 16 first letters
         twice = next(id[0] for id in ids if sum(i[0] == id[0] for i in ids) > 1)
         with pytest.raises(InvalidInputError, match="More than one"):
             store.episode(twice)
@@ -223,7 +224,7 @@ def test_a_unique_prefix_finds_an_episode_and_an_unknown_id_names_the_nearest(pl
 
 def test_a_round_is_never_overwritten(place):
     with Store.open(place) as store:
-        id = store.begin(**EPISODE)
+        id = begin(store, **EPISODE)
         store.append(id, a_round(1))
         with pytest.raises(GoalscopeError, match="another window"):
             store.append(id, a_round(1, status="other"))
@@ -242,7 +243,7 @@ def test_another_programs_file_is_left_alone(tmp_path):
 
 def test_a_full_disk_keeps_the_earlier_rounds(tmp_path):
     with Store.open(tmp_path / "s.db") as store:
-        id = store.begin(**EPISODE)
+        id = begin(store, **EPISODE)
         store.append(id, a_round(1))
         with store.reading() as connection:  # the pool has but this connection
             pragma(connection, f"max_page_count = {pragma(connection, 'page_count')}")
@@ -287,7 +288,7 @@ def test_a_path_that_cannot_be_used_is_explained(tmp_path):
 @pytest.mark.parametrize("json", ["{}", "{", "[]"])
 def test_a_damaged_round_is_explained_and_harms_no_other_episode(tmp_path, json):
     with Store.open(tmp_path / "s.db") as store:
-        damaged, whole = (store.begin(**EPISODE) for _ in range(2))
+        damaged, whole = (begin(store, **EPISODE) for _ in range(2))
         for id in (damaged, whole):
             store.append(id, a_round(1))
     with_connection(

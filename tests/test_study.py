@@ -16,6 +16,7 @@ from hypothesis import strategies as st
 from scipy.stats import binom
 from sqlalchemy import func, select
 
+from databases import begin
 from fakes import NamedModel
 from goalscope.agent.round import Round
 from goalscope.agent.settings import Settings
@@ -53,7 +54,8 @@ def fill(store: Store, methods=("good", "no-goals"), people=2, **more) -> list[s
     for name in PEOPLE[:people]:
         for method in methods:
             settings = asdict(Settings(method=method, human="scripted"))
-            id = store.begin(
+            id = begin(
+        store,
                 domain="grocery", method=method, model="m", task="You shop.",
                 profile=name, settings=settings,
             )  # fmt: skip
@@ -121,7 +123,8 @@ def test_a_study_shows_the_basket_and_hides_the_method(store):
 
 def test_a_robot_is_judged_by_what_it_did(store):
     settings = asdict(Settings(domain="house", human="scripted"))
-    id = store.begin(
+    id = begin(
+        store,
         domain="house", method="good", model="m", task="You help.",
         profile="valuables-in-safe", settings=settings,
     )  # fmt: skip
@@ -170,7 +173,7 @@ def test_only_people_with_whom_each_method_has_an_episode_are_rated(store):
     ids = fill(store)
     fill(store, ("good",), people=3)
     talks = [
-        store.begin(domain=domain, method="good", model="m", task="You shop.", settings={})
+        begin(store, domain=domain, method="good", model="m", task="You shop.", settings={})
         for domain in ("grocery", TRACKING)
     ]
     for id in talks:
@@ -347,7 +350,8 @@ def test_scores_of_people_beside_those_of_the_judge_and_the_state(store):
     progress, methods = study_tables(store, study)
     good, other = row(methods, "grocery", "m", "good"), row(methods, "grocery", "m", "no-goals")
     assert good["human score"].form == "percent"
-    assert good["human score"].value in good["human score"].interval
+    interval = good["human score"].interval
+    assert interval.low <= good["human score"].value <= interval.high
     assert good["human score"].value == pytest.approx(4 / 9)
     assert good["judge score"].value == pytest.approx(0.75)
     assert good["state score"].value == 1
@@ -395,5 +399,5 @@ def test_a_report_shows_what_people_said(tmp_path):
         fill(store)
         StudyStore(store).add(PLAN)
     (section,) = read_report(file, draw=False).sections
-    titles = [table.title for table in section.tables[1:]]
+    titles = [table.title for table in section.tables]
     assert titles == ["Study s: how far it is", "Study s: methods"]

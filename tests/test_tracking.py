@@ -6,6 +6,7 @@ from pathlib import Path
 import pytest
 from typer.testing import CliRunner
 
+from databases import begin
 from fakes import GOALS as NAMES
 from fakes import WordModel
 from goalscope.agent.settings import Settings
@@ -66,7 +67,7 @@ def same(one: Tracked, other: Tracked) -> bool:
         (each.goals, each.log_likelihood.tolist(), each.pinned, each.ruled_out)
         for each in (one.belief, other.belief)
     ]
-    told = [(t.id, t.info.ended, t.turns, t.last.changes, t.advice) for t in (one, other)]
+    told = [(t.id, t.info.ended, t.turns, t.last.changes, t.advised.advice) for t in (one, other)]
     return beliefs[0] == beliefs[1] and told[0] == told[1]
 
 
@@ -109,7 +110,7 @@ def test_a_session_goes_on_after_a_restart_as_if_there_had_been_none(kitchen: Ki
         two = kitchen.restart().read(restarted)
         assert two.belief.goals == one.belief.goals
         assert two.belief.probability == pytest.approx(one.belief.probability)
-        assert (two.turns, two.advice) == (one.turns, one.advice)
+        assert (two.turns, two.advised.advice) == (one.turns, one.advised.advice)
         assert two.last.changes == one.last.changes
     goals = [goal.text for goal in two.belief.goals]
     assert sorted(goals) == sorted(
@@ -133,16 +134,18 @@ def test_a_turn_that_does_not_fit_is_a_conflict(
 def test_the_assistant_learns_whether_to_act_to_ask_or_to_propose(tmp_path: Path) -> None:
     trackers = Kitchen(tmp_path / "s.db", calibration="paper").trackers
     opened = trackers.open(TASK, GOALS)
-    assert (opened.advice, opened.belief.calibration) == ("ask", PAPER)
-    assert trackers.observe(opened.id, 1, "", "cake cake cake").advice == "act"
-    assert trackers.observe(trackers.open(TASK, GOALS).id, 1, "", "a").advice == "ask"
+    assert (opened.advised.advice, opened.belief.calibration) == ("ask", PAPER)
+    assert trackers.observe(opened.id, 1, "", "cake cake cake").advised.advice == "act"
+    assert trackers.observe(trackers.open(TASK, GOALS).id, 1, "", "a").advised.advice == "ask"
     usual = Kitchen(tmp_path / "usual.db", calibration="default").trackers
     lost = usual.open(TASK, ["bake", "cook"]).id
     garden = "roses, red roses in my old garden, far away from any kitchen at all"
-    said = [usual.observe(lost, number, "", garden).advice for number in (1, 2)]
+    said = [usual.observe(lost, number, "", garden).advised.advice for number in (1, 2)]
     assert said == ["ask", "propose"]
-    assert usual.add(lost, ["grow roses"]).advice != "propose"
-    assert usual.observe(lost, 3, "", "Grow roses, grow my red roses, grow!").advice == "act"
+    assert usual.add(lost, ["grow roses"]).advised.advice != "propose"
+    assert (
+        usual.observe(lost, 3, "", "Grow roses, grow my red roses, grow!").advised.advice == "act"
+    )
 
 
 def test_goals_are_proposed_only_where_that_is_asked_for(trackers: Trackers) -> None:
@@ -193,7 +196,7 @@ def test_a_session_belongs_to_its_model(id: str, kitchen: Kitchen) -> None:
 
 
 def test_there_is_no_session_but_those_of_the_trackers(id: str, kitchen: Kitchen) -> None:
-    shop = kitchen.store.begin(domain="grocery", method="good", model="words", task=TASK)
+    shop = begin(kitchen.store, domain="grocery", method="good", model="words", task=TASK)
     for other in (id[:-1], "", "zz", shop):
         with pytest.raises(InvalidInputError, match="There is no tracking session"):
             kitchen.trackers.read(other)
@@ -316,11 +319,11 @@ def test_nobody_acts_on_a_proposal_that_the_person_has_not_confirmed(
     id = trackers.open(TASK, propose=True).id
     first = trackers.observe(id, 1, "Yes?", "I grow and grow and grow.")
     assert first.belief.top(1)[0] == (Goal("grow roses"), pytest.approx(1.0, abs=0.2))
-    assert (first.proposed, first.advice) == ({Goal("grow roses")}, "ask")
-    assert trackers.observe(id, 2, "And?", "Quickly.").advice == "ask"
-    assert trackers.observe(id, 3, "So?", "Roses, roses.").advice == "ask"
-    assert trackers.correct(id, "pin", "grow roses").advice == "act"
-    assert trackers.observe(id, 4, "So?", "Roses, roses.").advice == "act"
+    assert (first.proposed, first.advised.advice) == ({Goal("grow roses")}, "ask")
+    assert trackers.observe(id, 2, "And?", "Quickly.").advised.advice == "ask"
+    assert trackers.observe(id, 3, "So?", "Roses, roses.").advised.advice == "ask"
+    assert trackers.correct(id, "pin", "grow roses").advised.advice == "act"
+    assert trackers.observe(id, 4, "So?", "Roses, roses.").advised.advice == "act"
 
 
 def test_after_goals_were_added_others_are_asked_for_by_later_words_alone(
@@ -330,15 +333,15 @@ def test_after_goals_were_added_others_are_asked_for_by_later_words_alone(
     odd = "Good morning, I am here. I have many things to do today. " * 3
     first = kitchen.trackers.observe(id, 1, "Yes?", odd)
     tracker.observe("Yes?", odd)
-    assert (first.advice, advice(tracker)) == ("propose", "propose")
+    assert (first.advised.advice, advice(tracker)) == ("propose", "propose")
     added = kitchen.trackers.add(id, ["fly a kite"])
     tracker.add(["fly a kite"])
     assert added.belief.probability.tolist() == tracker.belief.probability.tolist()
-    assert (added.advice, advice(tracker)) == ("ask", "propose")
+    assert (added.advised.advice, advice(tracker)) == ("ask", "propose")
     assert advice(tracker, since=len(tracker.turns)) == "ask"
     later = kitchen.trackers.observe(id, 2, "And?", odd)
     tracker.observe("And?", odd)
-    assert (later.advice, advice(tracker, since=1)) == ("propose", "propose")
+    assert (later.advised.advice, advice(tracker, since=1)) == ("propose", "propose")
 
 
 def test_a_session_that_is_deleted_while_a_turn_is_read_stays_gone(kitchen: Kitchen) -> None:

@@ -10,6 +10,7 @@ from xml.etree import ElementTree
 
 import pytest
 
+from databases import begin
 from fakes import WordModel
 from goalscope.agent.round import Round
 from goalscope.agent.settings import Settings
@@ -181,7 +182,7 @@ def test_a_domain_of_ones_own_is_served_and_no_file_that_a_request_names_is_run(
     other.write_text(f"open({str(tmp_path / 'ran')!r}, 'w').close()\n{LAMP.read_text()}")
     stored = {"method": "good", "model": "words", "task": "t"}
     with Store.open(tmp_path / "episodes.db") as store:
-        id = store.begin(**stored, domain=str(other), settings=asdict(Settings(domain=str(other))))
+        id = begin(store, **stored, domain=str(other), settings=asdict(Settings(domain=str(other))))
     with site(tmp_path / "episodes.db", domains=[load_domain(str(mine))]) as address:
         ann = visit(address)
         (served,) = ann.get("/api/options")["domains"]
@@ -221,7 +222,8 @@ def test_the_room_of_a_simulated_person_is_their_own(tmp_path: Path) -> None:
     opened = StepResult(Action("open", "safe"), True, "The safe is open.")
     rounds = [Round(1, Turn("", "Hi."), Belief.uniform(()), (), (opened,), 0, "", (), True)]
     with Store.open(tmp_path / "episodes.db") as store:
-        id = store.begin(
+        id = begin(
+        store,
             domain="house", method="good", model="m", task="t", profile="valuables-in-safe",
             settings=settings,
         )  # fmt: skip
@@ -233,7 +235,7 @@ def test_what_cannot_go_on_here_is_only_shown(tmp_path: Path, visit) -> None:
     begun = {"domain": "grocery", "method": "good", "model": "words", "task": "t"}
     with Store.open(tmp_path / "episodes.db") as store:
         ids = [
-            store.begin(**begun | changes, settings=asdict(Settings()))
+            begin(store, **begun | changes, settings=asdict(Settings()))
             for changes in (
                 {},
                 {"profile": "baker"},

@@ -12,6 +12,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from commands import fails, run
+from databases import begin
 from fakes import WordModel, said
 from goalscope.base.types import UNSPECIFIED, Goal, InvalidInputError, ModelError, Turn
 from goalscope.belief.belief import Belief
@@ -219,7 +220,7 @@ def kept(store_file):
     belief = Belief.uniform([UNSPECIFIED, *map(Goal, GOALS)]).observe([-3.0, -1.0, -4.0, -4.0])
     after = belief.observe([-9.0, -9.0, -8.0, -1.0])
     with Store.open(store_file) as store:
-        id = store.begin(**EPISODE)
+        id = begin(store, **EPISODE)
         store.append(id, a_round(1, belief=belief, turn=Turn("Yes?", "Tea")))
         store.append(id, a_round(2, belief=after, turn=Turn("And?", "Flour \x1b[31m")))
     return id
@@ -244,7 +245,7 @@ def test_why_tells_what_was_confirmed_and_when(store_file) -> None:
     tea, toast = map(Goal, GOALS[:2])
     belief = Belief.uniform([tea, toast]).pin(toast).observe([-9.0, -1.0]).pin(tea)
     with Store.open(store_file) as store:
-        id = store.begin(**EPISODE)
+        id = begin(store, **EPISODE)
         store.append(id, a_round(1, belief=belief, turn=Turn("Yes?", "Toast")))
     told = json.loads(run("why", id, "--json").stdout)
     assert (told["goal"], told["confirmed"]) == (tea.text, [{"goal": tea.text, "turn": 1}])
@@ -257,9 +258,9 @@ def test_why_tells_what_was_confirmed_and_when(store_file) -> None:
 
 def test_what_why_cannot_tell_is_said_in_one_line(kept, store_file) -> None:
     with Store.open(store_file) as store:
-        blind = store.begin(**{**EPISODE, "method": "no-goals"})
+        blind = begin(store, **{**EPISODE, "method": "no-goals"})
         store.append(blind, a_round(1, belief=in_order((), ())))
-        unborn = store.begin(**EPISODE)
+        unborn = begin(store, **EPISODE)
     for name, what in (("wash", "None of these goals begins"), ("make", "Several of these goals")):
         told = run("why", kept, "--goal", name)
         assert (told.exit_code, told.stdout) == (2, "")

@@ -12,9 +12,10 @@ from pathlib import Path
 from typing import Any, cast
 
 from goalscope.base.types import InvalidInputError, Turn
+from goalscope.datasets.files import Row
 from goalscope.envs.registry import SHOP
 from goalscope.envs.scenarios import Scenario
-from goalscope.experiment.reading_scores import Line, lines_from_json, read_rows
+from goalscope.experiment.reading_scores import Line, lines_of, read_rows
 
 _RECIPES = 2400
 _LISTS = ("said", "needed", "nice", "unwanted")
@@ -56,7 +57,13 @@ def read_entries(path: Path) -> list[Entry]:
     Raises:
         InvalidInputError: There are none, or a line is invalid; the message says which and why.
     """
-    found = read_rows(path, _entries)
+    found: list[Entry] = []
+    for number, row in enumerate(read_rows(path), 1):
+        try:
+            found += _entries(row, number)
+        except (LookupError, TypeError, ValueError) as error:
+            place = "" if str(error).startswith(row.label) else f"{row.label}: "
+            raise InvalidInputError(f"{place}{error}") from None
     recipes = [each for each in found if isinstance(each, Scenario) and not each.said]
     if len(recipes) > _RECIPES:
         left_out = {each.id for each in random.Random(1).sample(recipes, len(recipes) - _RECIPES)}
@@ -76,15 +83,13 @@ def corpus_facts(found: Sequence[Entry], files: Sequence[str]) -> dict[str, Any]
     }
 
 
-def _entries(data: object, number: int) -> list[Entry]:
-    """The entry of a row; None for some recipes."""
-    if not isinstance(data, dict):
-        raise InvalidInputError("a line must be an object")
-    each = cast("dict[str, Any]", data)
+def _entries(row: Row, number: int) -> list[Entry]:
+    """The entries of a row; none for some recipes."""
+    each = row.values
     if "ingredients" in each:
         return [*_recipe(each, number)]
     if "id" in each and "message" in (each.get("turns") or [{}])[0]:
-        return [*lines_from_json(each)]
+        return [*lines_of(row)]
     if "needed" in each:
         return [scenario_from_json(each)]
     if "goals" not in each:

@@ -22,6 +22,7 @@ import pytest
 from sqlalchemy.engine.default import DefaultDialect
 
 import lives as fork
+from databases import begin
 from fakes import WordModel
 from goalscope.base.types import GoalscopeError, InvalidInputError
 from goalscope.belief.calibration import DEFAULT, calibration_named, keep_calibration
@@ -79,7 +80,7 @@ def test_every_commit_is_on_disk_before_it_is_told(
 
         def talk(_: int) -> None:
             together.wait()
-            id = store.begin(**EPISODE)
+            id = begin(store, **EPISODE)
             for number in range(1, 6):
                 store.append(id, a_round(number))
 
@@ -175,7 +176,7 @@ def test_a_store_loses_at_most_the_round_whose_write_was_torn(
 ) -> None:
     """What is not yet in the database's file stands at the end of its log."""
     with Store.open(tmp_path / "s.db") as store:
-        id = store.begin(**EPISODE)
+        id = begin(store, **EPISODE)
         store.append(id, a_round(1))
         before = (tmp_path / "s.db-wal").stat().st_size
         store.append(id, a_round(2))

@@ -13,6 +13,7 @@ import numpy as np
 from playwright.sync_api import expect
 from sqlalchemy import select
 
+import databases
 from browsers import needs_chromium
 from fakes import WordModel
 from goalscope.agent.round import Round
@@ -62,7 +63,7 @@ SIZE = 20
 def fill(store: Store, profile: str) -> str:
     """An episode whose every field holds the payloads."""
     settings = asdict(Settings(human="scripted"))
-    id = store.begin(
+    id = databases.begin(store,
         domain="grocery", method="good", model=PAYLOADS[0], task=PAYLOADS[1], profile=profile,
         settings=settings,
     )  # fmt: skip

@@ -97,8 +97,6 @@ class RolePlay:
         layout: Layout = DEFAULT_LAYOUT,
         similarity: float | None = None,
     ) -> None:
-        if layout not in ("goal-first", "goal-last"):
-            raise InvalidInputError(f'layout must be "goal-first" or "goal-last", not {layout!r}')
         self.model = model.speaker if isinstance(model, Roles) else model
         fitted = adapter_metadata(model).get(FITTED_LAYOUT, layout)
         if fitted != layout:

@@ -24,7 +24,7 @@ from goalscope.base.types import (
     readable,
 )
 from goalscope.belief.belief import Belief, belief_from_json, belief_to_json
-from goalscope.belief.calibration import NAMED, Calibration, calibration_named
+from goalscope.belief.calibration import Calibration, calibration_named
 from goalscope.belief.likelihood import (
     Likelihood,
     RolePlay,
@@ -98,10 +98,6 @@ class GoalTracker:
                 "goals is empty. Name at least one, or leave goals out and add them later."
             )
         named = calibration_named(calibration) if isinstance(calibration, str) else calibration
-        if not isinstance(cast("object", named), Calibration | None):
-            raise InvalidInputError(
-                f"calibration must be a Calibration, or one of {', '.join(NAMED)}, not {named!r}."
-            )
         self.likelihood = likelihood or RolePlay(
             model or embedded_scorer(), similarity=named.similarity if named else None
         )
@@ -136,7 +132,7 @@ class GoalTracker:
             InvalidInputError: The utterance is empty, a text is broken or too long for the model,
                 or the weight is out of range.
         """
-        if not (hasattr(weight, "__float__") and 0 <= weight <= 1):
+        if not 0 <= weight <= 1:
             raise InvalidInputError(f"weight must be a number from 0 to 1, not {weight!r}")
         said = Turn(readable(query, "query"), checked_text(utterance, "utterance"))
         turns = [*self.turns, said]

@@ -29,6 +29,7 @@ from goalscope.cli.terminal import loading, model_names, progress, show_tables
 
 if TYPE_CHECKING:
     from goalscope.experiment.plan import Experiment
+    from goalscope.models.opening import ModelKey
 
 bench = typer.Typer(
     no_args_is_help=True, help="Infer known goals, and compare with simpler methods."
@@ -185,9 +186,6 @@ def people(
     ] = "teach",
     data: Data = None,
     limit: Limit = 40,
-    prompts: Annotated[
-        bool, typer.Option(help="Also score the real words by each simulated person's prompt.")
-    ] = True,
     model: Model = None,
     generator: Writer = None,
     scorer: Scorer = None,
@@ -212,11 +210,9 @@ def people(
             f"{results} has no episodes. `goalscope experiment run FILE` makes some, from a file "
             'with [[episodes]] and humans = "simulated".'
         )
-    tables = [realism_table(talks, set, cases)]
-    if prompts:
-        with loading():
-            playing = opened(_model(model, generator, scorer, tokenizer))
-        tables.append(prompt_table(set, cases, playing))
+    with loading():
+        playing = opened(_model(model, generator, scorer, tokenizer))
+    tables = [realism_table(talks, set, cases), prompt_table(set, cases, playing)]
     show_tables(tables, as_json)
 
 
@@ -272,13 +268,7 @@ def _run(
     specs = specs_of(plan, named_folder(data))
     folder = results or Path(os.environ.get("GOALSCOPE_RESULTS") or "results")
     path = folder / f"{plan.name}.db"
-    try:
-        path.parent.mkdir(parents=True, exist_ok=True)
-    except OSError as error:
-        raise InvalidInputError(
-            f"Cannot create the folder {path.parent}: {error.strerror or error}. Name another "
-            "one with --results."
-        ) from None
+    path.parent.mkdir(parents=True, exist_ok=True)
     command = command_line(*sys.argv[1:])
     failed: list[str] = []
     done = total = 0
@@ -326,7 +316,7 @@ def _model(
     scorer: str | None = None,
     tokenizer: str | None = None,
     adapter: str | None = None,
-) -> dict[str, str]:
+) -> dict[ModelKey, str]:
     """The model settings of a cell."""
     model, generator, scorer = (
         None if name == "embedded" else name for name in (model, generator, scorer)

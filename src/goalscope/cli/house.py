@@ -51,10 +51,5 @@ def show(
     room = RoomMap(HouseController(scene).last_event.metadata)
     if svg is None:
         say(room.text())
-        return
-    try:
+    else:
         svg.write_text(room.svg(), encoding="utf-8")
-    except OSError as error:
-        raise InvalidInputError(
-            f"Cannot write the map to {svg}: {error.strerror}. Name another file."
-        ) from None

@@ -15,7 +15,7 @@ from goalscope.cli.terminal import say
 
 def report(
     source: Annotated[
-        Path, typer.Argument(help="Folder of results, one of its files, or a store of episodes.")
+        Path, typer.Argument(help="Folder of results, one of its files, or a store with studies.")
     ],
     out: Annotated[
         Path | None,

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from goalscope.base.types import InvalidInputError, pluralize
+from goalscope.base.types import pluralize
 from goalscope.cli.options import Json, StoreFile
 from goalscope.cli.terminal import say, show_tables
 
@@ -135,10 +135,7 @@ def export(
 
     with _opened(store) as (opened, studies):
         text = as_csv(opened, studies.named(name), ids=ids)
-    try:
-        out.write_text(text, encoding="utf-8", newline="")
-    except OSError as error:
-        raise InvalidInputError(f"Cannot write {out}: {error.strerror}.") from None
+    out.write_text(text, encoding="utf-8", newline="")
 
 
 @study.command()

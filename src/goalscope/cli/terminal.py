@@ -9,7 +9,7 @@ from collections.abc import Callable, Generator, Iterator, Mapping, Sequence
 from contextlib import AbstractContextManager, contextmanager
 from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from goalscope.base.text import terminal_safe
 
@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 
     from goalscope.agent.settings import Settings
     from goalscope.experiment.summary import Table
-    from goalscope.models.opening import ModelSet
+    from goalscope.models.opening import ModelKey, ModelSet
 
 
 LINES = 30.0
@@ -146,7 +146,7 @@ def loading() -> Status:
 
 
 @contextmanager
-def opened_model(names: Mapping[str, str | None]) -> Generator[ModelSet]:
+def opened_model(names: Mapping[ModelKey, str | None]) -> Generator[ModelSet]:
     """Open a model by its `model_names`, close it at the end, and print the usage of servers."""
     from goalscope.models.opening import open_model
 
@@ -166,8 +166,7 @@ def settings_model(settings: Settings) -> AbstractContextManager[ModelSet]:
     """Open the model named by an episode's settings; see `opened_model`."""
     from goalscope.models.opening import MODEL_KEYS
 
-    names = {key: getattr(settings, key) for key in MODEL_KEYS}
-    return opened_model(names)
+    return opened_model({key: getattr(settings, key) for key in MODEL_KEYS})
 
 
 def model_names(
@@ -176,7 +175,7 @@ def model_names(
     scorer: str | None = None,
     tokenizer: str | None = None,
     adapter: str | None = None,
-) -> dict[str, Any]:
+) -> dict[ModelKey, str | None]:
     """The arguments of `open_model` from the options, valid from any folder.
 
     Files and folders become full paths; any other tokenizer is a name on the hub.

@@ -205,7 +205,7 @@ def write_cases(cases: Iterable[Case], file: Path) -> None:
     """Write a new file of rows that `read_cases` reads.
 
     Raises:
-        InvalidInputError: The file is there already, or cannot be written.
+        InvalidInputError: The file is there already.
     """
     rows = [case_to_json(case) for case in cases]
     for row in rows:
@@ -216,8 +216,6 @@ def write_cases(cases: Iterable[Case], file: Path) -> None:
             lines.writelines(json.dumps(row, ensure_ascii=False) + "\n" for row in rows)
     except FileExistsError:
         raise InvalidInputError(f"{file} already exists. Name another file.") from None
-    except OSError as error:
-        raise InvalidInputError(f"Cannot write {file}: {error.strerror or error}.") from error
 
 
 def _case(row: Row, *, labelled: bool) -> Case:

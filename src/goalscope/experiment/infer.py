@@ -26,10 +26,7 @@ def trim_output(
     Raises:
         InvalidInputError: `out` holds something else, or was made with other settings.
     """
-    try:
-        data = out.read_bytes() if out.is_file() else b""
-    except OSError as error:
-        raise InvalidInputError(f"Cannot read {out}: {error.strerror or error}.") from error
+    data = out.read_bytes() if out.is_file() else b""
     *lines, torn = data.split(b"\n")  # a crash can tear the last line
     if torn[:6] != b'{"id":'[: len(torn)]:
         raise InvalidInputError(f"{out} was not written by `goalscope infer`. Name another file.")

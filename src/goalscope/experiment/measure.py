@@ -67,7 +67,7 @@ _methods: dict[tuple[str, str], Likelihood] = {}
 """The methods of one's own that a process has made, by their name and the model's."""
 
 
-def opened(model: Mapping[str, Any]) -> ModelSet:
+def opened(model: Mapping[Any, Any]) -> ModelSet:
     """The model of a cell, kept open until another one is opened."""
     key = _key(model)
     if key not in _open:
@@ -141,7 +141,7 @@ def _json_of(data: Profile | Outcome) -> dict[str, Any]:
     return json.loads(json.dumps(asdict(data)))
 
 
-def _key(model: Mapping[str, Any]) -> str:
+def _key(model: Mapping[Any, Any]) -> str:
     return json.dumps(dict(model), sort_keys=True)
 
 

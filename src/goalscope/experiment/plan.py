@@ -31,7 +31,7 @@ from goalscope.experiment.measure import hashes_of, person_of
 from goalscope.experiment.multiple_choice import read_questions
 from goalscope.experiment.results import Cell
 from goalscope.models.adapters import NO_ADAPTER
-from goalscope.models.opening import MODEL_KEYS
+from goalscope.models.opening import ModelKey
 
 EMBEDDED = "embedded"
 """The name of the embedded model in a file."""
@@ -43,26 +43,16 @@ def _listed(value: object) -> tuple[object, ...]:
     return tuple(cast("list[object]", value)) if isinstance(value, list) else (value,)
 
 
-def _table(value: object) -> Mapping[str, str]:
-    """A model as a table, from its name or table."""
-    row = {"model": value} if isinstance(value, str) and value else value
-    if not isinstance(row, dict):
-        raise ValueError(
-            f"a model must be a name or a table, such as {EMBEDDED!r}, not {shown(value)}."
-        )
-    for key, name in cast("dict[str, object]", row).items():
-        if key not in MODEL_KEYS:
-            raise ValueError(f"the key {shown(key)} is unknown; {nearest(key, MODEL_KEYS)}")
-        if not isinstance(name, str):
-            raise ValueError(f"{key!r} must be a text, not {shown(name)}.")
-    return cast("dict[str, str]", row)
+def _table(value: object) -> object:
+    """A model as a table, from its name."""
+    return {"model": value} if isinstance(value, str) and value else value
 
 
 Human = Literal["scripted", "simulated"] | Habit
 Listed = Annotated[tuple[T, ...], MinLen(1), BeforeValidator(_listed)]
 """A list in which a single value stands for a list of one."""
 
-Model = Annotated[Mapping[str, str], BeforeValidator(_table)]
+Model = Annotated[Mapping[ModelKey, str], BeforeValidator(_table)]
 Count = Annotated[int, Ge(1), Lt(10**9)]
 Number = Annotated[int, Ge(0), Lt(10**9)]
 Probability = Annotated[float, Ge(0), Lt(1)]

@@ -2,18 +2,19 @@
 
 from __future__ import annotations
 
-import gzip
 import re
-import zlib
 from collections import Counter
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from operator import attrgetter
 from pathlib import Path
-from typing import Any, TypeVar, cast
+from typing import Annotated, Any
 
-from goalscope.base.inputs import parse_json, read_table, validated
-from goalscope.base.types import GoalscopeError, InvalidInputError, UnreadableAnswerError
+from pydantic import BeforeValidator
+
+from goalscope.base.inputs import read_table, validated
+from goalscope.base.types import InvalidInputError, UnreadableAnswerError
+from goalscope.datasets.files import Row, line_rows
 from goalscope.language.dialogue_state import acting
 from goalscope.language.orders import (
     Example,
@@ -26,8 +27,6 @@ from goalscope.language.orders import (
     words_of,
 )
 from goalscope.language.reader import Reader, ReadExample, check_verbs
-
-Row = TypeVar("Row")
 
 THRESHOLDS = (0.05, 0.1, 0.25, 0.5, 1.0, 2.0)
 """Thresholds in nats for `asking`."""
@@ -59,6 +58,22 @@ class Line:
     def earlier(self) -> tuple[Line, ...]:
         """The messages before it, oldest first."""
         return (*self.before.earlier, self.before) if self.before else ()
+
+
+@dataclass(frozen=True, slots=True)
+class _Turn:
+    message: str
+    orders: tuple[Annotated[Order, BeforeValidator(order_from_json)], ...]
+    question: str = ""
+    here: str = ""
+    kind: str = ""
+
+
+@dataclass(frozen=True, slots=True)
+class _Conversation:
+    id: str
+    domain: str
+    turns: tuple[_Turn, ...]
 
 
 @dataclass(frozen=True, slots=True)
@@ -138,43 +153,20 @@ def read_corpus(path: Path) -> list[Line]:
     Raises:
         InvalidInputError: There is none, or a line is wrong; says which and why.
     """
-    return read_rows(path, lambda data, _: lines_from_json(data))
+    return [line for row in read_rows(path) for line in lines_of(row)]
 
 
-def read_rows(path: Path, read: Callable[[object, int], Iterable[Row]]) -> list[Row]:
-    """What the lines of a file of JSON Lines hold, perhaps gzipped, or of all files of a folder.
-
-    Args:
-        path: The file or folder.
-        read: Takes a line's object and number, and gives what it holds.
+def read_rows(path: Path) -> Iterator[Row]:
+    """The objects of a file of JSON Lines, perhaps gzipped, or of all files of a folder.
 
     Raises:
-        InvalidInputError: There is none, or a line is wrong; says which and why.
+        InvalidInputError: There is none, or one cannot be read; says which and why.
     """
     files = sorted(path.glob("*.jsonl")) if path.is_dir() else [path]
     if not files or not files[0].is_file():
         raise InvalidInputError(f"There is no corpus at {path}. Name a JSONL file or a folder.")
-    found: list[Row] = []
     for file in files:
-        try:
-            opened = gzip.open if file.suffix == ".gz" else open
-            with opened(file, "rt", encoding="utf-8-sig") as lines:
-                texts = lines.read().split("\n")
-        except (OSError, EOFError, zlib.error, UnicodeDecodeError) as error:
-            raise InvalidInputError(f"{file} cannot be read: {error}. Save it as UTF-8.") from None
-        for number, text in enumerate(texts, 1):
-            if text.strip():
-                try:
-                    found += read(parse_json(text), number)
-                except (
-                    ValueError,
-                    LookupError,
-                    TypeError,
-                    RecursionError,
-                    GoalscopeError,
-                ) as error:
-                    raise InvalidInputError(f"{file.name}, line {number}: {error}") from None
-    return found
+        yield from line_rows(file, "")
 
 
 def read_lines(lines: Sequence[Line], reader: Reader) -> Iterator[tuple[Line, Reading | None]]:
@@ -265,25 +257,24 @@ def differs(gold: Sequence[Order], found: Sequence[Order] | None) -> int:
     return ((wanted - given) + (given - wanted)).total()
 
 
-def lines_from_json(data: object) -> list[Line]:
-    """The messages of a conversation from a line's object.
+def lines_of(row: Row) -> list[Line]:
+    """The messages of a conversation.
 
     Raises:
         InvalidInputError: A key is missing, or its value is of another kind.
     """
-    conversation = _with_keys(data, "id", "domain", "turns")
+    talk = validated(row.values, _Conversation, row.label, ignore_extra=True)
     lines: list[Line] = []
-    for number, turn in enumerate(conversation["turns"], 1):
-        each = _with_keys(turn, "message", "orders")
+    for number, turn in enumerate(talk.turns, 1):
         lines.append(
             Line(
-                f"{conversation['id']}.{number}",
-                str(conversation["domain"]),
-                str(each.get("question") or ""),
-                str(each["message"]),
-                tuple(map(order_from_json, each["orders"])) or (Order("none"),),
-                str(each.get("here") or ""),
-                str(each.get("kind") or ""),
+                f"{talk.id}.{number}",
+                talk.domain,
+                turn.question,
+                turn.message,
+                turn.orders or (Order("none"),),
+                turn.here,
+                turn.kind,
                 lines[-1] if lines else None,
             )
         )
@@ -298,15 +289,6 @@ def turn_to_json(line: Line) -> dict[str, Any]:
         **({"kind": line.kind} if line.kind else {}),
         "orders": [order_to_json(each) for each in line.orders],
     }
-
-
-def _with_keys(data: object, *keys: str) -> dict[str, Any]:
-    if not isinstance(data, dict):
-        raise InvalidInputError("a line must be an object, and so must each of its turns")
-    for key in keys:
-        if key not in data:
-            raise InvalidInputError(f"there is no {key!r}")
-    return cast("dict[str, Any]", data)
 
 
 def _bag(

@@ -212,10 +212,6 @@ def sole(file: Path) -> Generator[None]:
         raise InvalidInputError(
             f"Another process is writing to {file}. Wait for it to finish, or stop it."
         ) from None
-    except OSError as error:
-        raise InvalidInputError(
-            f"Cannot write {file}: {error.strerror or error}. Name another place."
-        ) from None
     try:
         yield
     finally:

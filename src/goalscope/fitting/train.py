@@ -171,7 +171,7 @@ def locked(folder: Path) -> Generator[None]:
 
     Raises:
         InvalidInputError: Another process fits in it, or it contains something else.
-        GoalscopeError: It cannot be written.
+        OSError: It cannot be written.
     """
     try:
         folder.mkdir(parents=True, exist_ok=True)
@@ -179,8 +179,6 @@ def locked(folder: Path) -> Generator[None]:
         lock.acquire(blocking=False)
     except Timeout:
         raise InvalidInputError(f"Another process is fitting an adapter in {folder}.") from None
-    except OSError as error:
-        raise GoalscopeError(f"Cannot write to {folder}: {error.strerror or error}.") from None
     try:
         check_folder(folder)
         yield

@@ -8,7 +8,7 @@ from collections.abc import Mapping, Sequence
 from contextlib import ExitStack, closing
 from functools import cache
 from pathlib import Path
-from typing import Any
+from typing import Any, Literal, get_args
 
 from goalscope.base.arrays import Array
 from goalscope.base.types import InvalidInputError, Message, ModelError
@@ -17,11 +17,11 @@ from goalscope.models.adapters import FITTED_TASK, NO_ADAPTER, adapter_file, shi
 from goalscope.models.chat import ChatTokenizer
 from goalscope.models.local import LocalModel
 from goalscope.models.scoring import TokenScorer
-from goalscope.models.served import ServedGenerator, ServedScorer
-from goalscope.models.server import Server
 
-MODEL_KEYS = ("model", "generator", "scorer", "tokenizer", "adapter")
-"""The arguments of `open_model` that identify the model."""
+ModelKey = Literal["model", "generator", "scorer", "tokenizer", "adapter"]
+"""An argument of `open_model`."""
+
+MODEL_KEYS: tuple[ModelKey, ...] = get_args(ModelKey)
 
 _ADAPTER_FILE = r"[/\\]adapter\.gguf$"  # says less than the folder's name
 
@@ -172,12 +172,8 @@ def open_model(
 
     Raises:
         ModelError: A model, an adapter or a package is missing, or a file is damaged.
-        InvalidInputError: A name is neither a text nor a path, or an adapter is named for a server.
+        InvalidInputError: An adapter is named for a server.
     """
-    given = (model, generator, scorer, tokenizer, adapter)
-    for key, name in dict[str, object](zip(MODEL_KEYS, given, strict=True)).items():
-        if name is not None and not isinstance(name, str | Path):
-            raise InvalidInputError(f"{key} must be a text or a Path, not {name!r}.")
     writes, scores = generator or model, scorer or model
     adapted = _adapter(adapter, scores)
     with ExitStack() as opened:
@@ -294,12 +290,18 @@ def _local(name: str | Path | None, *, adapter: Path | None = None) -> LocalMode
 def _generator(name: str | Path | None, tokenizer: str | Path | None) -> OpenGenerator:
     if not _is_address(name):
         return _local(name)
+    from goalscope.models.served import ServedGenerator
+    from goalscope.models.server import Server
+
     return ServedGenerator(Server(str(name)), _tokenizer(str(tokenizer)) if tokenizer else None)
 
 
 def _scorer(name: str | Path | None, tokenizer: str | Path | None) -> TokenScorer:
     if not _is_address(name):
         return _local(name)
+    from goalscope.models.served import ServedScorer
+    from goalscope.models.server import Server
+
     server, home = Server(str(name)), str(tokenizer or "")
     try:
         home = home or str(server.facts.get("root") or server.model)

@@ -77,11 +77,7 @@ class Server:
                 base_url=self.url,
                 timeout=_patience(),
                 max_retries=RETRIES,
-                http_client=http_client(
-                    parts.hostname,
-                    transport,
-                    event_hooks={} if key else {"request": [_without_key]},
-                ),
+                http_client=http_client(parts.hostname, transport),
             )
         except GoalscopeError:
             raise
@@ -90,6 +86,7 @@ class Server:
                 f"{base.rpartition('@')[2]} is not the address of a model server ({error}). "
                 "Write it like http://localhost:8000/v1#model-name."
             ) from None
+        self._options = {} if key else {"headers": {"Authorization": openai.Omit()}}
         self.usage = Counter[str]()
         self._origin = f"{parts.scheme}://{parts.netloc}"
         proxies = "" if _is_here(parts.hostname) else _set_variables(_PROXIES)
@@ -164,7 +161,7 @@ class Server:
         client, openai = self._client, self._openai
         try:
             ask = client.get if body is None else partial(client.post, body=body)
-            answer: Any = ask(path, cast_to=object)
+            answer: Any = ask(path, cast_to=object, options=self._options)
         except openai.APITimeoutError:
             raise ModelError(
                 f"{self.url} did not answer in time. Is it overloaded? Try a smaller model, or set "
@@ -210,13 +207,12 @@ class Server:
         return " ".join(text.split())[:300] or "(nothing)"
 
 
-def http_client(host: str = "", transport: Any = None, **options: Any) -> Any:
+def http_client(host: str = "", transport: Any = None) -> Any:
     """An HTTPX client that obeys the shell's variables, but asks this machine without a proxy.
 
     Args:
         host: The only one that it will ask, if there is only one.
         transport: HTTPX transport in place of the network.
-        options: Others of `httpx2.Client`.
 
     Raises:
         ModelError: A variable of the shell cannot be obeyed, which is named, or HTTPX is missing.
@@ -226,17 +222,13 @@ def http_client(host: str = "", transport: Any = None, **options: Any) -> Any:
         if transport is None and _is_here(host):
             transport = httpx2.HTTPTransport()
         # A redirect could take words, and the key, where nobody meant them to go.
-        return httpx2.Client(transport=transport, follow_redirects=False, **options)
+        return httpx2.Client(transport=transport, follow_redirects=False)
     except (ImportError, OSError, ValueError, httpx2.InvalidURL) as error:
         names = _set_variables(_CERTIFICATES if isinstance(error, OSError) else _PROXIES)
         reason = str(error).partition(". ")[0]  # what HTTPX advises then is for another version
         raise ModelError(
             f"{names or 'A network setting'} cannot be used ({reason}). Correct it or unset it."
         ) from None
-
-
-def _without_key(request: Any) -> None:
-    del request.headers["Authorization"]
 
 
 def _is_here(host: str) -> bool:

@@ -43,7 +43,7 @@ class Report:
 
 
 def read_report(source: Path, *, draw: bool = True) -> Report:
-    """Read a report from a file of results or of episodes, or from all files in a folder.
+    """Read a report from a file of results or of studies, or from all files in a folder.
 
     Args:
         source: The file or folder; another process may be writing to it.
@@ -67,7 +67,8 @@ def write_report(report: Report, file: Path) -> None:
         file: File of the summary; it must end in `.md`.
 
     Raises:
-        InvalidInputError: The file cannot be written.
+        InvalidInputError: It ends otherwise.
+        OSError: It cannot be written.
     """
     if file.suffix != ".md":
         raise InvalidInputError(f"The report is Markdown, so {file} must end in .md.")
@@ -106,10 +107,5 @@ def _page(section: Section, figures: Sequence[str], back: str) -> str:
 
 
 def _write(file: Path, content: str) -> None:
-    try:
-        file.parent.mkdir(parents=True, exist_ok=True)
-        file.write_bytes(content.encode("utf-8", "replace"))
-    except OSError as error:
-        raise InvalidInputError(
-            f"Cannot write {file}: {error.strerror or error}. Name another place."
-        ) from None
+    file.parent.mkdir(parents=True, exist_ok=True)
+    file.write_bytes(content.encode("utf-8", "replace"))

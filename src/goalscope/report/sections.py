@@ -9,11 +9,10 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import cast
 
-from goalscope.base.text import model_shown
 from goalscope.base.types import GoalscopeError, InvalidInputError, pluralize
 from goalscope.experiment.episodes import DEFAULTS
 from goalscope.experiment.results import Cell, Results
-from goalscope.experiment.summary import Row, Table, percent, slug
+from goalscope.experiment.summary import Row, Table, slug
 from goalscope.experiment.tables import tables_of, warnings_of
 from goalscope.models.opening import model_label
 from goalscope.report.figures import Figure, figures_of
@@ -46,7 +45,7 @@ class Section:
 
 
 def sections_of(source: Path, *, draw: bool = True) -> tuple[list[Section], list[str]]:
-    """Read a file of results or of episodes, or all files in a folder.
+    """Read a file of results or of studies, or all files in a folder.
 
     Files are read from a snapshot in memory, so another process may write meanwhile.
 
@@ -96,12 +95,7 @@ def _section(results: Results, stem: str, taken: set[str], draw: bool) -> Sectio
         table for study in StudyStore(results).all() for table in study_tables(results, study)
     ]
     if not cells:
-        episodes = _episodes(results)
-        return (
-            Section(unique(slug(name), taken), stem, [episodes, *studies])
-            if episodes.rows
-            else None
-        )
+        return Section(unique(slug(name), taken), stem, studies) if studies else None
     source = about.get("source")
     done = [cell for cell in cells if cell.result is not None]
     failed = Counter(cell.error for cell in cells if cell.result is None and cell.error)
@@ -119,25 +113,6 @@ def _section(results: Results, stem: str, taken: set[str], draw: bool) -> Sectio
         len(done),
         len(cells),
     )
-
-
-def _episodes(results: Results) -> Table:
-    """Episodes outside of experiments."""
-    rows: list[Row] = [
-        {
-            "episode": info.id,
-            "begun": info.created,
-            "domain": info.domain,
-            "profile": info.profile or "a person",
-            "method": info.method,
-            "model": model_shown(info.model),
-            "rounds": info.rounds,
-            "ended": info.ended or "goes on",
-            "score": percent(info.score),
-        }
-        for info in results.episodes()
-    ]
-    return Table("episodes", "Episodes", rows)
 
 
 def _progress(cells: Sequence[Cell]) -> Table:

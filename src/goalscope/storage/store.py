@@ -162,12 +162,6 @@ class Store:
         with opening.explained(self.place), self._turn, self._writing.begin() as connection:
             yield connection
 
-    def begin(self, **values: Any) -> str:
-        """Start an episode, with the arguments of `new_episode`, and return its id."""
-        episode = new_episode(**values)
-        self.add(episode)
-        return episode["id"]
-
     def add(self, episode: Mapping[str, Any]) -> None:
         """Store an episode that `new_episode` made."""
         with self.writing() as connection:

@@ -23,7 +23,7 @@ from goalscope.base.types import (
     goals_of,
     readable,
 )
-from goalscope.belief.advice import Advice, Advised, advised
+from goalscope.belief.advice import Advised, advised
 from goalscope.belief.belief import Belief
 from goalscope.belief.calibration import DEFAULT
 from goalscope.belief.explain import Reason, reasons
@@ -79,13 +79,8 @@ class Tracked:
         return self.last.belief
 
     @property
-    def advice(self) -> Advice:
-        """What an assistant should do next; see `goalscope.belief.advice.advice`."""
-        return self.advised.advice
-
-    @property
     def advised(self) -> Advised:
-        """The advice with its reason."""
+        """What an assistant should do next, and why; see `goalscope.belief.advice.advice`."""
         since = made_from([round.changes for round in self.rounds])
         return advised(self, since=since, proposed=self.proposed)
 

@@ -207,13 +207,6 @@ class Package:
     tried: str
     file: str
 
-    @property
-    def library(self) -> Path | None:
-        """The library's file; None where the package is not installed, or brings none."""
-        found = importlib.util.find_spec(self.module)
-        folders = (found and found.submodule_search_locations) or ()
-        return next((file for each in folders for file in Path(each).glob(self.file)), None)
-
     def load(self) -> Engine:
         """The library, ready to be called.
 
@@ -221,7 +214,9 @@ class Package:
             ModelError: It is not installed, cannot be loaded, or is not the llama.cpp that is
                 declared here.
         """
-        path = self.library
+        found = importlib.util.find_spec(self.module)
+        folders = (found and found.submodule_search_locations) or ()
+        path = next((file for each in folders for file in Path(each).glob(self.file)), None)
         if path is None:
             raise ModelError(f"{self.name} is not installed")
         try:
