@@ -11,7 +11,7 @@ from typing import Literal, get_args
 import numpy as np
 
 from goalscope.agent.executor import Execution, Executor
-from goalscope.agent.guards import UNSURE
+from goalscope.agent.guards import UNSURE, is_question
 from goalscope.agent.people import FALLBACK, OPENING, Human, ask, completes, question_of
 from goalscope.agent.planner import Outcome, Want, replay
 from goalscope.agent.round import Round, retracted
@@ -66,9 +66,6 @@ NO_GOAL = "The goals do not explain the newest words, and no better ones were fo
 
 NO_ANSWER = "I cannot answer that."
 """The answer to a question about something that is not known here."""
-
-_QUESTION_MARKS = ("?", "\uff1f", "\u061f")
-"""Full width and Arabic, too."""
 
 
 class Agent:
@@ -279,7 +276,7 @@ class Agent:
                 if reading
                 else Execution(turn, Reading(()))
             )
-            if reading and not done.harm and (given_up := self._given_up(reading)):
+            if reading and not (done.harm or done.kept) and (given_up := self._given_up(reading)):
                 self._executor.give_up(self.rounds, given_up, done)
             plan = self._act(turn, reading, done)  # Action Module, Sec. 3.3
             round = self._ended(begun, done, plan, unread + unexplained)
@@ -463,12 +460,12 @@ class Agent:
     def _may_act(self, turn: Turn, reading: Reading, done: Execution) -> bool:
         """Whether something may be done unasked.
 
-        Nothing is, after words of harm, after a question that tells no aim, or once the task has
-        ended.
+        Nothing is, after words of harm, after a question that tells no aim, while something else
+        waits, or once the task has ended.
         """
-        is_question = turn.utterance.rstrip().endswith(_QUESTION_MARKS)
-        has_aim = reading.tells("aim") if is_question else self._has_aim(reading)
-        return has_aim and not done.wary and not done.ended
+        asks = is_question(turn.utterance)
+        has_aim = reading.tells("aim") if asks else self._has_aim(reading)
+        return has_aim and not (done.wary or done.kept or done.ended)
 
     def _has_aim(self, reading: Reading) -> bool:
         """Whether to act for a goal: an aim was told, or a goal explains words that ask nothing."""
