@@ -28,7 +28,6 @@ from goalscope.base.types import (
     StepResult,
     Turn,
     UnreadableAnswerError,
-    canonical,
     checked_text,
     pluralize,
 )
@@ -40,7 +39,7 @@ from goalscope.belief.goal_order import GoalOrder, Tracker
 from goalscope.belief.likelihood import DEFAULT_LAYOUT, Layout, Likelihood, RolePlay
 from goalscope.belief.method import Implied, Method, implied
 from goalscope.belief.tracker import Correction, GoalTracker
-from goalscope.envs import Environment, Pick, completion_phrase, scenarios_like
+from goalscope.envs import Environment, Pick, scenarios_like
 from goalscope.language.dialogue_state import acting
 from goalscope.language.matcher import Matcher
 from goalscope.language.orders import TELLING, Order, Reading, examples_of, is_aside
@@ -362,10 +361,13 @@ class Agent:
         By the paper's preset nothing is read.
 
         The phrase that ends the task is no answer to the question before it. Said alone, it is
-        the order to end the task, as the environment declares, however the model reads it.
+        the order to end the task, as the environment declares, and no model reads it.
         """
         if self._is_paper:
             return None, []
+        ends = [verb.name for verb in self.env.verbs if verb.ends]
+        if ends and completes(self.env, turn.utterance, alone=True):
+            return Reading((Order(ends[0]),)), []
         self._progress("reading")
         before = [
             ReadExample(_question_of(each.turn), each.turn.utterance, each.reading.orders)
@@ -382,10 +384,6 @@ class Agent:
             )
         except UnreadableAnswerError as error:
             reading, unread = Reading((Order("none"),)), [str(error)]
-        ends = [verb.name for verb in self.env.verbs if verb.ends]
-        told = canonical(turn.utterance) == canonical(completion_phrase(self.env))
-        if told and ends and not any(map(reading.tells, ends)):
-            return Reading((Order(ends[0]),)), []
         return reading, unread
 
     def _observe(self, turn: Turn, reading: Reading | None) -> None:

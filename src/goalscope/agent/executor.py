@@ -287,8 +287,9 @@ class Executor:
         if by_verb and new:
             limit = None if order.do in self._takes_away else done.dialogue.forbids(order)
             sure = done.reading.sure(order, self._unsure)
-            reason = reason_to_wait(order, limit, sure=sure, wary=done.wary)
-            if self._ends(order) and not completes(self._env, done.turn.utterance):
+            ends = self._ends(order)
+            reason = reason_to_wait(order, limit, sure=sure, wary=done.wary and not ends)
+            if ends and not completes(self._env, done.turn.utterance):
                 reason = reason or ENDS
         binding = done.dialogue.beside(order, done.reading.orders)
         found = resolve(self._env, order, binding, self._pick)
