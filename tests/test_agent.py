@@ -91,13 +91,36 @@ def test_episode_is_truncated_at_the_cap() -> None:
     assert not rounds[-1].terminated
 
 
-@pytest.mark.parametrize("words", ["Good night", "good night.", " Good  night!"])
-@pytest.mark.parametrize("read", ["none", "ask", "switch off lamp", "aim"])
+@pytest.mark.parametrize(
+    "words",
+    [
+        "Good night",
+        "good night.",
+        " Good  night!",
+        "*Good night*",
+        "**Good night.**",
+        "*Good night",
+    ],
+)
+@pytest.mark.parametrize("read", ["none", "ask", "finish", "switch off lamp", "aim"])
 def test_the_phrase_that_ends_the_task_ends_it_however_it_is_read(words, read) -> None:
-    model = WordModel(REPLIES, reads={words.strip(): read, words: read})
-    round = Agent(LampRoom(["lamp"]), model).step("What now?", words)
+    model = WordModel(REPLIES, reads={words.strip(): read, words: read, "hives": "none"})
+    model.margins = (0.01,)
+    agent = Agent(LampRoom(["lamp", "vase"]), model)
+    agent.step("What now?", "hives")
+    agent.step("What now?", "smash vase")
+    round = agent.step(agent.ask(), words)
     assert round.terminated
     assert round.reading == Reading((Order("finish"),))
+
+
+def test_a_domain_without_a_phrase_of_its_own_has_one() -> None:
+    class Plain(LampRoom):
+        verbs = (*LampRoom.verbs[:-1], Verb("finish", "that is all", (), ends=True))
+
+    for words, ends in (("*That is all*", True), ("That is all.", True), ("That is all?", False)):
+        model = WordModel(REPLIES, reads={words: "none"})
+        assert Agent(Plain(), model).step("What now?", words).terminated == ends
 
 
 def test_a_farewell_that_is_read_as_the_end_waits_for_a_yes() -> None:

@@ -6,7 +6,8 @@ import pytest
 
 from fakes import LampRoom, WordModel
 from goalscope.agent.executor import NOT_CONFIRMED, NOTHING, UNANSWERED
-from goalscope.agent.guards import CONFIRM, HARM, SAY_YES
+from goalscope.agent.guards import CONFIRM, HARM, SAY_YES, agrees
+from goalscope.base.text import plain
 from goalscope.base.types import (
     Action,
     ConflictError,
@@ -25,15 +26,92 @@ def test_what_lasts_waits_for_a_yes_to_exactly_that_question_in_that_state() -> 
     assert agent.ask() == round.question
     again = agent.step(agent.ask(), "yes; switch on lamp")  # another state than the one shown
     assert (env.smashed, env.on, again.pending) == ([], ["lamp"], ())
+    assert NOT_CONFIRMED.format("you said something else", "smash vase") in again.notes
     agent.step("", "smash vase")
     declined = agent.step(agent.ask(), "no")
-    assert (env.smashed, declined.notes) == ([], (NOT_CONFIRMED,))
+    assert declined.notes == (NOT_CONFIRMED.format("you said no", "smash vase"),)
+    assert env.smashed == []
     assert agent.step(agent.ask(), "yes").results == ()
-    agent.step("", "smash vase")
-    assert UNANSWERED.format("smash vase") in agent.step(agent.ask(), "none").notes
     agent.step("", "smash vase")
     confirmed = agent.step(agent.ask(), "yes")
     assert (env.smashed, confirmed.released) == (["vase"], (Order("smash", "vase"),))
+    assert "As you confirmed: smash: vase. It is in pieces." in confirmed.notes
+
+
+@pytest.mark.parametrize("words", ["none", "ask lamp", "smash vase", "rather not", "ok?", "maybe"])
+def test_what_is_neither_a_yes_nor_a_no_leaves_the_question_open(words: str) -> None:
+    env = LampRoom(["vase", "lamp"])
+    reads = {"rather not": "yes", "ok?": "yes", "maybe": "yes | if maybe\nnone"}
+    agent = agent_in(env, model=WordModel(REPLIES, reads=reads))
+    asked = agent.step("", "smash vase")
+    kept = agent.step(agent.ask(), words)
+    assert (kept.question, kept.awaits, kept.pending, kept.listed) == (
+        asked.question, "word", asked.pending, asked.listed
+    )  # fmt: skip
+    assert (UNANSWERED.format("smash vase") in kept.notes) == (words != "ask lamp")
+    assert (env.smashed, env.on) == ([], [])
+    assert agent.ask().endswith(asked.question)
+    agent.step(agent.ask(), "yes")
+    assert env.smashed == ["vase"]
+
+
+@pytest.mark.parametrize("words", ["no", "no; yes", "none; switch on lamp", "aim light"])
+def test_a_no_or_another_wish_drops_what_waits_and_says_why(words: str) -> None:
+    env = LampRoom(["vase", "lamp"])
+    agent = agent_in(env)
+    agent.step("", "smash vase")
+    dropped = agent.step(agent.ask(), words)
+    why = "you said no" if "no" in words.split("; ") else "you said something else"
+    assert NOT_CONFIRMED.format(why, "smash vase") in dropped.notes
+    assert (env.smashed, dropped.pending) == ([], ())
+    agent.step(agent.ask(), "yes")
+    assert env.smashed == []
+
+
+YESES = (
+    "yes please", "Sure.", "yep", "OK", "ok do it", "Go ahead!", "Yes, smash it.", "yes, the vase",
+    "Okay, thanks", "Yes - smash the vase now, please", "**Sure**",
+    "\u201cYes!\u201d I said yes", "That's right, do that", "\N{THUMBS UP SIGN}", "yes :)",
+)  # fmt: skip
+
+
+@pytest.mark.parametrize("words", YESES)
+def test_words_of_agreement_that_were_read_as_a_yes_confirm_what_lasts(words: str) -> None:
+    for order in ("yes", "yes\nsmash vase", "smash vase"):
+        env = LampRoom(["vase", "lamp"])
+        agent = agent_in(env, model=WordModel(REPLIES, reads={plain(words): order}))
+        agent.step("", "smash vase")
+        agent.step(agent.ask(), words)
+        assert env.smashed == ["vase"]
+
+
+@pytest.mark.parametrize(
+    "words",
+    [
+        "please", "thanks", "smash the vase", "right", "it", "now", "the vase please",
+        "yes?", "sure it is", "sure it is?", "yes no", "ok, but later", "not ok", "okay-ish",
+        "yes if it is ugly", "yes but not the vase", "I don't think so", "yes \N{THUMBS DOWN SIGN}",
+        "do not do it", "sure, go ahead and", "yes/no", "you sure", "I'm fine", "yes to the lamp",
+        "yes the lamp", "yes tomorrow", "ye\u0301s", "hmm", "maybe", "yes, smash the vase and go",
+        "oui", "y", "", "!", "yes, vase smash lamp", "ok not", "n\u200bo yes", "yes, one of them",
+    ],
+)  # fmt: skip
+def test_nothing_else_confirms_what_lasts_however_it_is_read(words: str) -> None:
+    assert not agrees(words, [Order("smash", "vase")], [Action("smash", "vase")])
+
+
+def test_of_several_things_a_yes_names_none() -> None:
+    orders = [Order("smash", "vase"), Order("smash", "bowl")]
+    listed = [Action("smash", "vase"), Action("smash", "bowl")]
+    assert agrees("yes please", orders, listed)
+    assert not agrees("yes, the vase", orders, listed)
+    assert not agrees("yes, smash", orders, listed)
+    dishes = [Order("smash", "dishes")]
+    assert not agrees("yes, the vase", dishes, listed)
+    assert not agrees("yes, the dishes", dishes, listed)  # they have other names here
+    assert agrees("yes, smash them", dishes, listed)
+    assert agrees("yes, buy the basket", [Order("buy")], [Action("buy basket")])
+    assert agrees("Yes, buy it.", [Order("buy")], [Action("buy basket")])
 
 
 def test_a_yes_does_what_the_question_listed_and_nothing_else() -> None:

@@ -20,11 +20,13 @@ SAID = (
     "Don't break the vase or the mirror!",
     "Could the robot cook the potato and the egg?",
     "yes, but later",
-    "yes please",
-    "ok, do it",
+    "yes, the vase, please?",
+    "ok, if it must be",
+    "sure, but only the plate",
+    "don't do it",
     "What happens if one breaks the plate, the bowl and the mug?",
 )
-"""All but the word itself."""
+"""All but an agreement."""
 
 
 def lasting(robot: HomeRobot) -> int:

@@ -28,11 +28,16 @@ METHODS: tuple[Method, ...] = ("good", "no-goals", "no-inference")
 SAID = (
     "I want to bake a cake.",
     "Add flour, please.",
-    "ok",
-    "go ahead",
+    "ok?",
+    "sure it is",
+    "sure it is?",
     "yes, but not now",
-    "Yes please, do that.",
-    "yes yes yes",
+    "yes if it is under 30",
+    "yes but not the milk",
+    "do not buy it",
+    "not ok, go ahead and ask my sister",
+    "yes no",
+    "please",
     "That's all.",
     "Don't buy the basket yet.",
     "What would it cost to buy the basket?",
@@ -42,7 +47,7 @@ SAID = (
     "no",
     "Buy the basket",
 )
-"""All but the word itself."""
+"""All but an agreement."""
 
 
 class Stocked(GroceryShop):
@@ -110,7 +115,7 @@ def test_what_the_model_may_not_buy_the_person_may() -> None:
         agent, shop, _ = hostile_agent(number)
         refuses(partial(agent.step, "", "Buy the basket"))
         if agent.rounds and agent.rounds[-1].question.endswith(CONFIRM):
-            refuses(partial(agent.step, agent.rounds[-1].question, "Yes!"))
+            refuses(partial(agent.step, agent.rounds[-1].question, "Yes!"))  # however it is read
             bought += shop.bought
     assert bought
 

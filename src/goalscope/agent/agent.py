@@ -11,7 +11,7 @@ from typing import Literal, get_args
 import numpy as np
 
 from goalscope.agent.executor import Execution, Executor
-from goalscope.agent.guards import UNSURE
+from goalscope.agent.guards import UNSURE, is_question
 from goalscope.agent.people import FALLBACK, OPENING, Human, ask, completes, question_of
 from goalscope.agent.planner import Outcome, Want, replay
 from goalscope.agent.round import Round, retracted
@@ -28,7 +28,6 @@ from goalscope.base.types import (
     StepResult,
     Turn,
     UnreadableAnswerError,
-    canonical,
     checked_text,
     pluralize,
 )
@@ -40,7 +39,7 @@ from goalscope.belief.goal_order import GoalOrder, Tracker
 from goalscope.belief.likelihood import DEFAULT_LAYOUT, Layout, Likelihood, RolePlay
 from goalscope.belief.method import Implied, Method, implied
 from goalscope.belief.tracker import Correction, GoalTracker
-from goalscope.envs import Environment, Pick, completion_phrase, scenarios_like
+from goalscope.envs import Environment, Pick, scenarios_like
 from goalscope.language.dialogue_state import acting
 from goalscope.language.matcher import Matcher
 from goalscope.language.orders import TELLING, Order, Reading, examples_of, is_aside
@@ -66,9 +65,6 @@ NO_GOAL = "The goals do not explain the newest words, and no better ones were fo
 
 NO_ANSWER = "I cannot answer that."
 """The answer to a question about something that is not known here."""
-
-_QUESTION_MARKS = ("?", "\uff1f", "\u061f")
-"""Full width and Arabic, too."""
 
 
 class Agent:
@@ -279,7 +275,7 @@ class Agent:
                 if reading
                 else Execution(turn, Reading(()))
             )
-            if reading and not done.harm and (given_up := self._given_up(reading)):
+            if reading and not (done.harm or done.kept) and (given_up := self._given_up(reading)):
                 self._executor.give_up(self.rounds, given_up, done)
             plan = self._act(turn, reading, done)  # Action Module, Sec. 3.3
             round = self._ended(begun, done, plan, unread + unexplained)
@@ -365,10 +361,13 @@ class Agent:
         By the paper's preset nothing is read.
 
         The phrase that ends the task is no answer to the question before it. Said alone, it is
-        the order to end the task, as the environment declares, however the model reads it.
+        the order to end the task, as the environment declares, and no model reads it.
         """
         if self._is_paper:
             return None, []
+        ends = [verb.name for verb in self.env.verbs if verb.ends]
+        if ends and completes(self.env, turn.utterance, alone=True):
+            return Reading((Order(ends[0]),)), []
         self._progress("reading")
         before = [
             ReadExample(_question_of(each.turn), each.turn.utterance, each.reading.orders)
@@ -385,10 +384,6 @@ class Agent:
             )
         except UnreadableAnswerError as error:
             reading, unread = Reading((Order("none"),)), [str(error)]
-        ends = [verb.name for verb in self.env.verbs if verb.ends]
-        told = canonical(turn.utterance) == canonical(completion_phrase(self.env))
-        if told and ends and not any(map(reading.tells, ends)):
-            return Reading((Order(ends[0]),)), []
         return reading, unread
 
     def _observe(self, turn: Turn, reading: Reading | None) -> None:
@@ -463,12 +458,12 @@ class Agent:
     def _may_act(self, turn: Turn, reading: Reading, done: Execution) -> bool:
         """Whether something may be done unasked.
 
-        Nothing is, after words of harm, after a question that tells no aim, or once the task has
-        ended.
+        Nothing is, after words of harm, after a question that tells no aim, while something else
+        waits, or once the task has ended.
         """
-        is_question = turn.utterance.rstrip().endswith(_QUESTION_MARKS)
-        has_aim = reading.tells("aim") if is_question else self._has_aim(reading)
-        return has_aim and not done.wary and not done.ended
+        asks = is_question(turn.utterance)
+        has_aim = reading.tells("aim") if asks else self._has_aim(reading)
+        return has_aim and not (done.wary or done.kept or done.ended)
 
     def _has_aim(self, reading: Reading) -> bool:
         """Whether to act for a goal: an aim was told, or a goal explains words that ask nothing."""

@@ -11,6 +11,8 @@ from goalscope.agent.guards import (
     HARM,
     SAY_YES,
     Awaited,
+    agrees,
+    is_question,
     is_wary,
     is_yes,
     reason_to_wait,
@@ -31,11 +33,11 @@ NOT_HERE = "I cannot undo anything here. Please say what is to change."
 NOTHING = "There is nothing to undo. Please say what is to change."
 """Note where nothing was done that could be undone."""
 
-NOT_CONFIRMED = "Not done."
-"""Note where an order that waited for a yes did not get it."""
+NOT_CONFIRMED = 'Not done, as {}: "{}".'
+"""Note where an order that waited for a yes did not get it, and why."""
 
-UNANSWERED = 'Left out for now, as you did not answer: "{}".'
-"""Note where they spoke of something else."""
+UNANSWERED = 'That is neither a clear yes nor a clear no, so this still waits: "{}".'
+"""Note where the words left that open."""
 
 NOT_BACK = "Nobody can take that back."
 """Why an irreversible action is not undone."""
@@ -44,6 +46,9 @@ ENDS = "That ends the task."
 """Why the end of the task waits for a yes where its phrase was not said."""
 
 _UNDO = Order("undo")
+
+_LEAVING = ("yes", "ask", "none")
+"""Dialogue acts that leave open what waits."""
 
 _ALL = "everything"
 """The thing that an order to undo all names."""
@@ -58,6 +63,7 @@ class Execution:
         reading: What it was read as.
         released: Orders that waited for a yes and now have it.
         shown: The actions that the person then saw listed.
+        kept: The last round, where what waited there still waits.
         harm: Whether a word of harm was said that the reading lacks.
         wary: Whether one was said lately; see `is_wary`.
         retracts: Numbers of the rounds that were undone, the newest first.
@@ -78,6 +84,7 @@ class Execution:
     reading: Reading
     released: tuple[Order, ...] = ()
     shown: tuple[Action, ...] = ()
+    kept: Round | None = None
     harm: bool = False
     wary: bool = False
     retracts: tuple[int, ...] = ()
@@ -95,9 +102,9 @@ class Execution:
 
     @property
     def orders(self) -> list[Order]:
-        """The released orders, then the new ones."""
-        new = (each for each in self.reading.orders if each not in self.released)
-        return [*self.released, *new]
+        """The released orders, then the new ones: none while the others are kept."""
+        new = () if self.kept else self.reading.orders
+        return [*self.released, *(each for each in new if each not in self.released)]
 
     def record(self, result: StepResult) -> None:
         """Record the result of an action."""
@@ -112,7 +119,7 @@ class Execution:
         irreversible: bool = False,
         grave: bool = False,
     ) -> None:
-        """Have an order wait for a yes: for the word itself, if it is irreversible or grave."""
+        """Have an order wait for a yes: for its very words, if it is irreversible or grave."""
         self.pending.append(order)
         self.listed += actions
         self.reasons.append(reason)
@@ -126,6 +133,8 @@ class Execution:
         """What has to be asked next; "" if nothing has."""
         if self.harm:
             return HARM
+        if self.kept:
+            return self.kept.question
         if not self.pending or self.offer:
             return self.offer
         understood = _told(self.pending)
@@ -140,8 +149,8 @@ class Execution:
         """What that question waits for."""
         if self.harm:
             return "harm"
-        if not self.pending:
-            return ""
+        if self.kept or not self.pending:
+            return self.kept.awaits if self.kept else ""
         return "word" if self.end in (CONFIRM, SAY_YES) else "yes"
 
     @property
@@ -198,11 +207,8 @@ class Executor:
                 ]
             ),
         )
-        if rounds and (waited := rounds[-1].pending) and not done.released:
-            answered = {"yes", "no"} & {order.do for order in reading.orders}
-            said_again = any(order in waited for order in reading.orders)
-            silent = not (answered or said_again or harm or rounds[-1].given_up)
-            done.notes.append(UNANSWERED.format(_told(waited)) if silent else NOT_CONFIRMED)
+        if rounds and rounds[-1].pending and not released:
+            self._keep_or_drop(rounds[-1], done)
         self._undo(rounds, done)
         done.dialogue = self.dialogue_state(
             rounds, reading, released=done.released, retracts=done.retracts
@@ -210,6 +216,24 @@ class Executor:
         for order in done.orders:
             self._follow(order, done)
         return done
+
+    def _keep_or_drop(self, last: Round, done: Execution) -> None:
+        """Ask again for what waited, unless they said no, or something else that is to be done."""
+        orders = [each for each in done.reading.orders if each not in last.pending]
+        other = last.given_up or any(each.do not in _LEAVING for each in orders)
+        why = ""
+        if done.reading.tells("no"):
+            why = "you said no"
+        elif last.state != self._env.state().fingerprint:
+            why = "things are no longer as they were shown"
+        elif other or "harm" in (last.awaits, done.awaits):
+            why = "you said something else"
+        if why:
+            done.notes.append(NOT_CONFIRMED.format(why, _told(last.pending)))
+            return
+        done.kept, done.pending, done.listed = last, [*last.pending], [*last.listed]
+        if not done.reading.tells("ask"):
+            done.notes.append(UNANSWERED.format(_told(last.pending)))
 
     def give_up(self, rounds: Sequence[Round], goals: Collection[str], done: Execution) -> None:
         """Take back what was guessed for goals; offer to take back what was asked for then.
@@ -263,8 +287,9 @@ class Executor:
         if by_verb and new:
             limit = None if order.do in self._takes_away else done.dialogue.forbids(order)
             sure = done.reading.sure(order, self._unsure)
-            reason = reason_to_wait(order, limit, sure=sure, wary=done.wary)
-            if self._ends(order) and not completes(self._env, done.turn.utterance):
+            ends = self._ends(order)
+            reason = reason_to_wait(order, limit, sure=sure, wary=done.wary and not ends)
+            if ends and not completes(self._env, done.turn.utterance):
                 reason = reason or ENDS
         binding = done.dialogue.beside(order, done.reading.orders)
         found = resolve(self._env, order, binding, self._pick)
@@ -298,15 +323,17 @@ class Executor:
         """The orders that waited for a yes to the last question, if these words are one.
 
         A yes stands alone, or beside the same orders: with other orders the state would no longer
-        be the one that was shown. Irreversible orders wait for the word itself.
+        be the one that was shown. What waits for words of agreement needs them besides.
         """
         last = rounds[-1] if rounds else None
         if not last or last.awaits == "harm" or last.state != self._env.state().fingerprint:
             return ()
+        said = turn.utterance
         agreed = bool(reading.orders) and {*reading.orders} <= {Order("yes"), *last.pending}
+        agreed &= not is_question(said)
         if last.awaits == "word":
-            agreed = is_yes(turn.utterance)
-        return last.pending if confirmed or agreed else ()
+            agreed &= agrees(said, last.pending, last.listed)
+        return last.pending if confirmed or agreed or is_yes(said) else ()
 
     def _undo(self, rounds: Sequence[Round], done: Execution) -> None:
         """Undo the last rounds, guesses included."""

@@ -1,23 +1,25 @@
 """Guards on what was read: against harm, misreadings, conditions and irreversible actions.
 
-The only English in them is a short list of stems of words of harm.
+The only English in them are two short lists: stems of words of harm, and words of agreement.
 """
 
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from typing import Literal
 
+from goalscope.base.nouns import singular, singulars
 from goalscope.base.text import plain
+from goalscope.base.types import Action
 from goalscope.language.dialogue_state import GRAVE
 from goalscope.language.orders import Order, Reading
 
 Awaited = Literal["", "harm", "yes", "word"]
-"""What a question waits for: nothing, who may come to harm, a yes, or the word "yes" itself."""
+"""What a question waits for: nothing, who may come to harm, a yes as read, or words of a yes."""
 
 SAY_YES = 'To confirm exactly what is shown, say "yes".'
-"""End of a question that only the word itself answers; see `is_yes`."""
+"""End of a question that only words of agreement answer; see `is_yes` and `agrees`."""
 
 CONFIRM = f"That cannot be undone. {SAY_YES}"
 """End of the question before an irreversible action."""
@@ -39,6 +41,23 @@ _HARM = re.compile(
 _HINT = re.compile(r"\bthroat\b|hospital", re.IGNORECASE)
 """Words that may be about harm, or only about a cold or a visit: they are asked about once."""
 
+_AGREES = """
+yes, yep, yeah, yup, yea, aye, sure, ok, okay, k, alright, all right, fine, agreed, correct,
+exactly, confirm, confirmed, i confirm, i agree, i do, i'm sure, i am sure, im sure, absolutely,
+certainly, definitely, of course, by all means, affirmative, proceed, go ahead, go for it, do it,
+do that, do this, do so, please do, let's do it, sounds good, looks good, that's fine, that's right,
+that's correct, that is fine, that is right, that is correct, \N{THUMBS UP SIGN}
+"""
+"""What agrees by itself. "Right", "good", "please" and "thanks" may as well end the matter."""
+
+_BESIDE = """
+please, thanks, thank you, it, that, this, them, the, then, now, right, right now, right away, go,
+great, good, perfect, i said, :)
+"""
+"""What may stand beside it: nothing that doubts, denies, chooses, delays or sets a condition."""
+
+_MARKS = ".,!;'\"*-"
+
 
 def speaks_of_harm(utterance: str, reading: Reading) -> bool:
     """Whether a word of harm was said, but the reading holds no allergy or diet."""
@@ -55,6 +74,46 @@ def _is_grave(reading: Reading) -> bool:
 def is_yes(utterance: str) -> bool:
     """Whether the utterance is the word that `SAY_YES` asks for; no reading is trusted here."""
     return plain(utterance).casefold().strip(" \t\n.!\"'") == "yes"
+
+
+def agrees(utterance: str, waiting: Sequence[Order], listed: Sequence[Action]) -> bool:
+    """Whether words of agreement make up the whole utterance; no reading is trusted here.
+
+    Where just one order waits, its verb may stand beside them, and its thing in full, in words for
+    it that are used here: where there are several, a person may mean only some.
+
+    Args:
+        utterance: What was said.
+        waiting: The orders that wait for a yes.
+        listed: The actions that they come to.
+    """
+    own: list[str] = []
+    if len(waiting) == 1:
+        here = {word for act in listed for word in singulars(f"{act.target} {act.destination}")}
+        is_here = here.issuperset(thing := singulars(waiting[0].what))
+        own = " ".join((waiting[0].do, *(act.name for act in listed))).split()
+        own += [" ".join(thing)] if is_here else []
+    agreeing, beside = (_phrases(each.split(",")) for each in (_AGREES, _BESIDE))
+    phrases = sorted((*agreeing, *beside, *_phrases(own)), key=len, reverse=True)
+    words, agreed = _phrases([plain(utterance)])[0], False
+    while words:
+        said = next((each for each in phrases if words[: len(each)] == each), list[str]())
+        if not said:
+            return False
+        agreed |= said in agreeing
+        del words[: len(said)]
+    return agreed
+
+
+def _phrases(texts: Iterable[str]) -> list[list[str]]:
+    """The words of each text in the singular, and nothing left out but marks around them."""
+    words = ((each.strip(_MARKS) for each in text.casefold().split()) for text in texts)
+    return [[singular(each) for each in text if each] for text in words]
+
+
+def is_question(utterance: str) -> bool:
+    """Whether it ends in a question mark, be it of full width or Arabic."""
+    return utterance.rstrip().endswith(("?", "\uff1f", "\u061f"))
 
 
 def is_wary(said: Iterable[tuple[str, Reading]]) -> bool:

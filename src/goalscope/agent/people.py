@@ -159,10 +159,11 @@ class ConsoleHuman:
                 hint = f"\n({error})"
 
 
-def completes(env: Environment, said: str) -> bool:
-    """Whether an utterance ends with the phrase that ends the task."""
-    words = " ".join(plain(said).casefold().split()).rstrip(" .!\"'")
-    return words.endswith(completion_phrase(env).casefold())
+def completes(env: Environment, said: str, *, alone: bool = False) -> bool:
+    """Whether an utterance ends with the phrase that ends the task, or is nothing else."""
+    words = " ".join(plain(said).casefold().split()).strip(" .!\"'*_")
+    phrase = completion_phrase(env).casefold()
+    return words == phrase if alone else words.endswith(phrase)
 
 
 def consents(query: str, env: Environment, *, done: bool) -> str:

@@ -37,6 +37,9 @@ def notes_of(done: Execution, outcome: Outcome, before: Sequence[Turn]) -> Itera
         before: The earlier turns.
     """
     yield from dict.fromkeys(done.notes)
+    for result in done.results:
+        if result.irreversible:
+            yield f"As you confirmed: {result.action}. {result.observation}"
     failed = [*done.failed, *outcome.failed]
     for result in failed[:_FAILURES]:
         yield f"Not done: {result.action}. {result.observation}"

@@ -454,7 +454,7 @@ class GroceryShop(Proactive):
             return StepResult(action, False, "The basket is empty; add something first.")
         self.bought = True
         total = self.catalogue.money(self.total)
-        told = f"The basket is now purchased for {total}.\n{self.state().text}"
+        told = f"The basket is now purchased for {total}: {self.state().here}."
         return StepResult(action, True, told, terminated=True, irreversible=True)
 
     def irreversible(self, action: Action) -> bool:
