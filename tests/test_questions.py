@@ -78,13 +78,14 @@ SAID = {
 }  # fmt: skip
 ANSWERS = [
     ("What did you do?", "", "So far: switch on: book, lamp, fan; switch off: fan."),
-    ("Did you touch the cup?", "cup", 'I did nothing with "cup", nor understood'),
+    ("Did you touch the cup?", "cup", 'I did nothing with "cup", and know of no order'),
     ("What did you add?", "", "I guessed book, lamp."),
     ("What did you remove?", "", 'Taken out: switch off: fan (you said "Fan off again")'),
     ("Did you remove the lamp?", "lamp", "Not taken out: switch on: lamp (my guess"),
     ("What was your own idea?", "", 'book, lamp (my guess, since you said "Lamp and book").'),
     ("Why is the lamp there?", "lamp", 'switch on: lamp (my guess, since you'),
     ("Why is there no moon?", "moon", 'I did nothing with "moon"; you said "No moon!".'),
+    ("Did you touch a moon?", "moon", 'I did nothing with "moon"; you said "No moon!".'),
     ("Why did you do that?", "", 'switch off: fan (you said "Fan off again").'),
     ("What did I ask you for?", "", "I understood: switch on fan; switch off fan; avoid moon."),
     ("What can I say?", "", "I know these orders: switch on, switch off, smash, finish, undo. Say"),

@@ -134,7 +134,8 @@ class Answers:
             return f"{still}{'; '.join([*map(self._explained, last.values())][-2:])}."
         for round in reversed(self._rounds):
             for order in round.reading.orders if round.reading else ():
-                if speaks(order) and order.do != "ask" and contains(said, singulars(order.what)):
+                named = contains(said, singulars(order.what)) or names(order.what, thing)
+                if named and speaks(order) and order.do != "ask":
                     return f'I did nothing with "{order.what}"; you said "{round.turn.utterance}".'
         of_goal = any(names(goal.text, thing) for goal, _ in self._belief.top(3))
         return self._wanted() if of_goal and question.kind == "origin" else ""
@@ -145,7 +146,7 @@ class Answers:
         came = [each for each in last.values() if not self._is_away(each.action)]
         guessed = [each for each in came if each.guess]
         thing = question.what or question.where
-        none = f'I did nothing with "{thing}", nor understood a word of it.' if thing else ""
+        none = f'I did nothing with "{thing}", and know of no order for it.' if thing else ""
         match question.kind:
             case "done":
                 told = f"So far: {self._listed(self._deeds)}." if self._deeds else "Nothing so far."

@@ -39,7 +39,7 @@ PHRASINGS: Mapping[Kind, str] = {
     ask for, what is in there that I never asked for, anything in the basket that I did not
     order, what did you add on your own, which were your ideas, what did you add without asking
     me, what did you do unasked, what did you assume, did you add anything extra, which did I
-    not ask for""",
+    not ask for, what have you put in there by yourself""",
     "origin": """why is it in the basket, why is it in there, why did you do that, why did you
     add it, why did you put it in, why did you take it out, why did you remove it, why not, how
     come it is there, how come it is in the basket, what made you pick it, what is it for, what
@@ -57,12 +57,13 @@ PHRASINGS: Mapping[Kind, str] = {
     "total": """how much is that now, how much is it in all, how much is it altogether, what is
     the total, total price, what does it come to, what will it cost me altogether, how much will
     I pay, what do I owe you, what is my bill, am I over my budget, how much money is left, how
-    much can I still spend""",
+    much can I still spend, how much for everything""",
     "count": """how many of it are in there, how many are in the basket, how many items is that,
     number of things in the basket, how many have I got, count them""",
     "enough": """is that enough for ten people, will it be enough for the four of us, does that
     feed a family of five, have we got enough of it for six, is one enough, do I have enough,
-    how many people does it feed, how many servings is that, will that do for twelve guests""",
+    how many people does it feed, how many servings is that, will that do for twelve guests, do
+    they serve four""",
     "abilities": """what can you do, what can you do for me, what can I ask you, how does this
     work, how do I use this, what are my options, what commands are there, who are you, what are
     you, help me""",
