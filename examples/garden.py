@@ -72,8 +72,8 @@ class Garden(Proactive):
     def offers(self, text, limit):
         return list(THINGS[:limit])
 
-    def answer(self, order, dialogue, pick, said):
-        it = pick(order.what, (*THINGS, TREE))
+    def answer(self, question, dialogue, pick):
+        it = pick(question.what, (*THINGS, TREE))
         return f"{'Here' if it in self.things else 'Not here'}: {it}." if it else self.state().text
 
     def checks_met(self, profile):

@@ -5,7 +5,8 @@ from dataclasses import replace
 import pytest
 
 from fakes import GOALS, QUESTION, CondemnsAll, LampRoom, WordModel
-from goalscope.agent.agent import NO_ANSWER, Agent, run_episode
+from goalscope.agent.agent import Agent, run_episode
+from goalscope.agent.answers import UNKNOWN
 from goalscope.agent.people import (
     AGREES,
     DECLINES,
@@ -242,20 +243,23 @@ def test_words_that_ask_for_nothing_are_acted_on_where_a_goal_explains_them(
 
 
 def test_a_question_is_answered_before_the_next_one_is_asked() -> None:
-    agent = agent_in(LampRoom(["lamp"]))
-    agent.step("Yes?", "ask lamp")
+    reads = {"Is the lamp on?": "ask lamp", "Is the moon on?": "ask moon"}
+    agent = agent_in(LampRoom(["lamp"]), model=WordModel(REPLIES, reads=reads))
+    agent.step("Yes?", "Is the lamp on?")
     assert agent.ask() == f"On: nothing.\n{FALLBACK}"
-    agent.step("Yes?", "ask moon")
-    assert agent.ask() == f"{NO_ANSWER}\n{FALLBACK}"
+    agent.step("Yes?", "Is the moon on?")
+    assert agent.ask() == f"{UNKNOWN}\n{FALLBACK}"
     agent.step("Yes?", "aim; ask lamp")
     assert agent.ask().endswith("\nIs it bright enough?")
 
 
 def test_asked_what_it_thinks_the_agent_tells_its_belief() -> None:
-    agent = agent_in(LampRoom(["lamp"]))
+    reads = {"What do you think I want?": "ask", "How bright is that?": "ask"}
+    agent = agent_in(LampRoom(["lamp"]), model=WordModel(REPLIES, reads=reads))
     agent.step("Yes?", "lamp light please")
-    (told,) = agent.step("And?", "ask").notes
-    assert ": have lamp light (" in told
+    agent.step("And?", "What do you think I want?")
+    assert ": have lamp light (" in agent.ask()
+    assert agent.step("And?", "How bright is that?").notes == ()
     assert agent.ask() == f"On: lamp.\n{FALLBACK}"  # which names no goal to the belief
 
 

@@ -5,7 +5,7 @@ from dataclasses import replace
 import pytest
 
 from fakes import LampRoom, WordModel
-from goalscope.agent.executor import NOT_CONFIRMED, NOTHING, UNANSWERED
+from goalscope.agent.executor import IDLE, NOT_CONFIRMED, NOTHING, UNANSWERED
 from goalscope.agent.guards import CONFIRM, HARM, SAY_YES, agrees
 from goalscope.base.text import plain
 from goalscope.base.types import (
@@ -350,6 +350,20 @@ def test_undo_takes_back_the_last_rounds_that_did_something() -> None:
     assert agent.step("", "undo | 2").retracts == (5, 1)
     assert env.on == []
     assert agent.step("", "undo").notes == (NOTHING,)
+
+
+def test_after_an_order_that_came_to_nothing_there_is_nothing_to_undo() -> None:
+    env = LampRoom(ROOM)
+    agent = agent_in(env)
+    for words in ("switch on lamp", "switch on moon"):
+        agent.step("", words)
+    assert agent.step("", "undo").notes == (IDLE.format("switch on moon"),)
+    assert env.on == ["lamp"]
+    agent.step("", "switch on moon")
+    assert agent.step("", "undo everything").retracts == (1,)
+    agent.step("", "switch on lamp")
+    agent.step("", "none")
+    assert agent.step("", "undo").retracts == (6,)
 
 
 def test_undo_counts_rounds_that_did_something_and_knows_no_names() -> None:

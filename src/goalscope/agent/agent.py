@@ -10,6 +10,7 @@ from typing import Literal, get_args
 
 import numpy as np
 
+from goalscope.agent.answers import UNKNOWN, Answers
 from goalscope.agent.executor import Execution, Executor
 from goalscope.agent.guards import UNSURE, is_question
 from goalscope.agent.people import FALLBACK, OPENING, Human, ask, completes, question_of
@@ -33,7 +34,6 @@ from goalscope.base.types import (
 )
 from goalscope.belief.belief import Belief
 from goalscope.belief.calibration import DEFAULT, PAPER, Calibration
-from goalscope.belief.explain import in_words
 from goalscope.belief.goal_manager import UNEXPLAINED, GoalManager, Trigger
 from goalscope.belief.goal_order import GoalOrder, Tracker
 from goalscope.belief.likelihood import DEFAULT_LAYOUT, Layout, Likelihood, RolePlay
@@ -43,6 +43,7 @@ from goalscope.envs import Environment, Pick, scenarios_like
 from goalscope.language.dialogue_state import acting
 from goalscope.language.matcher import Matcher
 from goalscope.language.orders import TELLING, Order, Reading, examples_of, is_aside
+from goalscope.language.questions import asks_of_undo
 from goalscope.language.reader import Reader, ReadExample, reader_of
 from goalscope.models import Model, Roles
 from goalscope.models.embedding import embedded
@@ -62,9 +63,6 @@ ALIKE = 0.6
 
 NO_GOAL = "The goals do not explain the newest words, and no better ones were found."
 """A round's note where a goal is missing."""
-
-NO_ANSWER = "I cannot answer that."
-"""The answer to a question about something that is not known here."""
 
 
 class Agent:
@@ -219,15 +217,12 @@ class Agent:
     def _answers(self) -> list[str]:
         """Lines that answer what the newest words ask; none where they ask nothing."""
         last = self.rounds[-1]
-        orders = last.reading.orders if last.reading else ()
-        questions = [order for order in orders if order.do == "ask"]
+        if not (last.reading and last.reading.tells("ask")):
+            return []
         state = self._executor.dialogue_state(self.rounds)
-        answers = [
-            self.env.answer(question, state, self._pick, last.turn.utterance)
-            for question in questions
-        ]
-        lines = list(dict.fromkeys(line for answer in answers for line in answer.splitlines()))
-        return lines or [NO_ANSWER] * bool(questions)
+        answers = Answers(self.env, self._pick, self.rounds, state, self.belief)
+        told = (line for each in answers.all() for line in each.splitlines())
+        return [*dict.fromkeys(told)] or [UNKNOWN]
 
     def step(
         self,
@@ -384,6 +379,8 @@ class Agent:
             )
         except UnreadableAnswerError as error:
             reading, unread = Reading((Order("none"),)), [str(error)]
+        if reading.tells("undo") and asks_of_undo(turn.utterance):
+            return Reading((Order("ask"),)), unread
         return reading, unread
 
     def _observe(self, turn: Turn, reading: Reading | None) -> None:
@@ -489,7 +486,6 @@ class Agent:
                 *notes,
                 *self.tracker.notes,
                 *notes_of(done, outcome, self.turns),
-                *self._why(done),
             ),
             question=done.question,
             pending=tuple(done.pending),
@@ -505,13 +501,6 @@ class Agent:
             or any(result.terminated for result in outcome.results)
             or (self._is_paper and completes(self.env, begun.turn.utterance)),
         )
-
-    def _why(self, done: Execution) -> list[str]:
-        """The belief in words, where somebody asks without naming anything."""
-        asked = any(
-            order.do == "ask" and not (order.what or order.where) for order in done.reading.orders
-        )
-        return [in_words(self.belief, self.tracker.turns)] * (asked and self.belief.inferred)
 
 
 def _question_of(turn: Turn) -> str:

@@ -19,7 +19,7 @@ from goalscope.agent.guards import (
     speaks_of_harm,
 )
 from goalscope.agent.people import completes
-from goalscope.agent.round import Guess, Round, mentions, retracted, state_after
+from goalscope.agent.round import Guess, Round, mentions, retracted, state_after, undoable
 from goalscope.base.nouns import singulars
 from goalscope.base.types import Action, StepResult, Turn
 from goalscope.belief.belief import Belief
@@ -38,6 +38,9 @@ NOT_CONFIRMED = 'Not done, as {}: "{}".'
 
 UNANSWERED = 'That is neither a clear yes nor a clear no, so this still waits: "{}".'
 """Note where the words left that open."""
+
+IDLE = 'Nothing was done at "{}", so there is nothing to undo.'
+"""Note where the last round had orders of which nothing came."""
 
 NOT_BACK = "Nobody can take that back."
 """Why an irreversible action is not undone."""
@@ -347,20 +350,14 @@ class Executor:
                 done.hold(order, reason_to_wait(order, sure=False))
         if not orders:
             return
-        gone = retracted(rounds)
-        effective = [
-            each
-            for each in rounds
-            if each.number not in gone
-            and (
-                len(each.results) > each.reversals
-                or (each.reading and any(order.do in LIMITS for order in each.reading.orders))
-            )
-        ]
+        effective, newest = undoable(rounds), rounds[-1] if rounds else None
         every = any(order.what == _ALL for order in orders)
         named = any(order.what not in ("", _ALL) or order.but for order in orders)
         count = sum(max(1, round(order.quantity or 1)) for order in orders)
         last = effective if every else [] if named else effective[-count:]
+        if orders == [_UNDO] and newest and newest not in last and _asked(newest):
+            done.notes.append(IDLE.format(newest.turn.utterance))
+            return
         if not last:
             done.notes.append(NOTHING)
             return
@@ -395,6 +392,11 @@ class Executor:
                 StepResult(action, False, NOT_BACK) if final else execute(self._env, action)
             )
         return len(done.failed) == failed
+
+
+def _asked(round: Round) -> bool:
+    """Whether the words of a round gave an order by a verb."""
+    return bool(round.reading and acting(round.reading.orders))
 
 
 def _leading(belief: Belief) -> str:

@@ -9,7 +9,7 @@ from goalscope.agent.guards import Awaited
 from goalscope.base.nouns import contains, head_words, singular
 from goalscope.base.types import Action, GoalChange, StepResult, Turn
 from goalscope.belief.belief import Belief
-from goalscope.language.dialogue_state import DialogueState, acting, fold
+from goalscope.language.dialogue_state import LIMITS, DialogueState, acting, fold
 from goalscope.language.orders import Order, Reading
 
 
@@ -79,6 +79,20 @@ class Round:
 def retracted(rounds: Sequence[Round]) -> set[int]:
     """Numbers of the rounds that later ones take back."""
     return {number for round in rounds for number in round.retracts}
+
+
+def undoable(rounds: Sequence[Round]) -> list[Round]:
+    """The rounds that did something or set a limit, and were not taken back."""
+    gone = retracted(rounds)
+    return [
+        each
+        for each in rounds
+        if each.number not in gone
+        and (
+            len(each.results) > each.reversals
+            or (each.reading and any(order.do in LIMITS for order in each.reading.orders))
+        )
+    ]
 
 
 def state_after(

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import unicodedata
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any, Literal
 
@@ -73,6 +73,12 @@ def checked_text(text: object, what: str, longest: int | None = None) -> str:
 def pluralize(number: int, noun: str) -> str:
     """A number of things: "1 turn", "2,000 turns"."""
     return f"{number:,} {noun}" + "s" * (number != 1)
+
+
+def some(told: Sequence[str], most: int) -> str:
+    """A list in a sentence, at most so many of it, and how many more there are."""
+    more = f" and {len(told) - most} more" if len(told) > most else ""
+    return ", ".join(told[:most]) + more
 
 
 def canonical(text: str) -> str:

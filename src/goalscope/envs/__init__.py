@@ -11,6 +11,7 @@ from goalscope.base.types import Action, GoalscopeError, Profile, StepResult
 from goalscope.envs.scenarios import Scenario
 from goalscope.language.dialogue_state import DialogueState
 from goalscope.language.orders import Order, Verb
+from goalscope.language.questions import Question
 
 GUESSED = "Guessed, not asked for: "
 """Prefix of notes about guessed actions."""
@@ -173,14 +174,14 @@ class Environment(AbstractContextManager["Environment"]):
         """Generic names of available things that may serve `text`, nearest first."""
         raise NotImplementedError
 
-    def answer(self, order: Order, dialogue: DialogueState, pick: Pick, said: str) -> str:
+    def answer(self, question: Question, dialogue: DialogueState, pick: Pick) -> str:
         """The facts that a question asks for; "" if there are none.
 
         Args:
-            order: The question: `what` and `where` name the thing, or nothing for all.
+            question: `kind` is "any", "total", "count", "enough" or "facts": the agent answers what
+                is asked about itself. `what` and `where` name the thing, or nothing for all.
             dialogue: What holds.
             pick: Finds which of the names here is meant.
-            said: The whole utterance, which may name more things than the order.
         """
         return ""
 

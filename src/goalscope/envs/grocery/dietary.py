@@ -14,6 +14,7 @@ from functools import lru_cache
 from typing import Literal
 
 from goalscope.base.nouns import contains
+from goalscope.base.types import some
 from goalscope.envs.grocery.catalogue import Catalogue, Item
 from goalscope.envs.grocery.diets import (
     DIETS,
@@ -166,7 +167,7 @@ class Bounds:
         for bound in (*sorted(self.diets), *(r for r in self.avoided if r in self.grave)):
             names = [item.name for item in items if self._judged(item, bound) == "unknown"]
             fit = bound if bound in self.diets else f'free of "{bound}"'
-            told += [f"Not known to be {fit}: {_listed(names)}."] if names else []
+            told += [f"Not known to be {fit}: {some(names, _NAMED)}."] if names else []
         return " ".join(told)
 
     def told(self, restriction: str, items: Iterable[Item]) -> str:
@@ -179,7 +180,7 @@ class Bounds:
             ("violates", "Not"),
         ):
             names = [name for name, fits in judged.items() if fits == way]
-            told += [f"{text} {restriction}: {_listed(names)}."] if names else []
+            told += [f"{text} {restriction}: {some(names, _NAMED)}."] if names else []
         return " ".join(told)
 
     def _judged(self, item: Item, bound: str) -> Verdict:
@@ -190,11 +191,6 @@ class Bounds:
         if bound in self.diets or bound in self.some:
             return verdict(item, bound, is_labelled=bound in self.labelled)
         return _lacks(item, bound)
-
-
-def _listed(names: Sequence[str]) -> str:
-    more = f" and {len(names) - _NAMED} more" if len(names) > _NAMED else ""
-    return ", ".join(names[:_NAMED]) + more
 
 
 def bounds_of(dialogue: DialogueState, catalogue: Catalogue) -> Bounds:

@@ -13,6 +13,7 @@ from goalscope.envs.house.simulator.state import is_whole
 from goalscope.envs.house.view import ENDED, STATES, View, are, called, the
 from goalscope.language.dialogue_state import DialogueState, exceptions
 from goalscope.language.orders import Order
+from goalscope.language.questions import Question
 
 EVERYTHING = "everything"
 """What names all that is here."""
@@ -160,15 +161,17 @@ class Finder:
         return replace(found, things=tuple(things), there=False)
 
 
-def facts_of(finder: Finder, what: str, where: str) -> str:
+def facts_of(finder: Finder, question: Question) -> str:
     """One sentence for each thing that is meant, with its place and state; at most six."""
+    what, where = question.what, question.where
     found = finder.find(what or where, where if what else "")
     view = finder.view
     gone = [own for own in found.things if not is_whole(view.table[own])]
     things = [*gone, *remains(view, found.things)]
     if not things:
         return f"There is no {what or where:.60} here."
-    told = [_fact(view, own) for own in things[:_TOLD]]
+    told = [f"{len(things)} in all."] * (question.kind == "count")
+    told += [_fact(view, own) for own in things[:_TOLD]]
     if len(things) > _TOLD:
         told.append(f"There are {len(things) - _TOLD} more.")
     return " ".join(told)

@@ -34,6 +34,7 @@ from goalscope.envs.scenarios import Scenario, shipped_scenarios
 from goalscope.language.dialogue_state import DialogueState, exceptions
 from goalscope.language.matcher import Matcher
 from goalscope.language.orders import Order, Verb, orders_from_text, with_examples
+from goalscope.language.questions import Question
 from goalscope.models.embedding import embedded
 
 SAME_PLACE = 0.01
@@ -316,11 +317,13 @@ class HomeRobot(Proactive):
             return StepResult(action, True, f"{told}; this cannot be undone.", irreversible=True)
         return StepResult(action, True, f"{told}.")
 
-    def answer(self, order: Order, dialogue: DialogueState, pick: Pick, said: str) -> str:
+    def answer(self, question: Question, dialogue: DialogueState, pick: Pick) -> str:
         """Where the things asked about are, and in what state; without a name, the status."""
-        if not (order.what or order.where):
+        if question.kind in ("total", "enough"):
+            return ""
+        if not (question.what or question.where):
             return self._status()
-        return facts_of(Finder(self._view, pick), order.what, order.where)
+        return facts_of(Finder(self._view, pick), question)
 
     def checks_met(self, profile: Profile) -> Checks:
         """Which goal conditions hold, and what changed of types that the profile names nowhere."""
