@@ -8,7 +8,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from goalscope.base.types import UNSPECIFIED, Goal
+from goalscope.base.types import UNSPECIFIED, Goal, InvalidInputError
 from goalscope.belief.belief import Belief
 
 nats = st.one_of(st.floats(-1e6, 0), st.just(-math.inf))
@@ -38,6 +38,12 @@ def test_drop_is_conditioning(belief: Belief, which: int) -> None:
     p = np.array([belief.probability[belief.goals.index(goal)] for goal in rest.goals])
     if p.sum() > 1e-9:
         assert rest.probability == pytest.approx(p / p.sum(), abs=1e-6)
+
+
+@pytest.mark.parametrize("k", [0, -1])
+def test_the_likeliest_none_are_refused(k: int) -> None:
+    with pytest.raises(InvalidInputError, match="k must be a whole number, 1 or more"):
+        Belief.uniform([UNSPECIFIED]).top(k)
 
 
 @pytest.mark.parametrize("weights", [((2, 0.5),), ((0, 0.5), (0, 0.1)), ((1, 1.5),)])

@@ -40,6 +40,8 @@ def test_unknown_options_name_the_nearest(tmp_path: Path) -> None:
     assert "'casino'" in refused(lambda: load("cassino", tmp_path))
     assert "'valid_seen'" in refused(lambda: load("teach", tmp_path, split="valid_sen"))
     assert "'hard'" in refused(lambda: load("teach", tmp_path, goal_set="hart"))
+    assert "at least 2" in refused(lambda: load("teach", tmp_path, goals=1))
+    assert "at least 1" in refused(lambda: load("teach", tmp_path, limit=0))
     assert "fewer than 20 goals" in refused(lambda: load("teach", tmp_path))
 
 

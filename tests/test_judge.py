@@ -8,7 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from fakes import WordModel
-from goalscope.base.types import ModelError
+from goalscope.base.types import InvalidInputError, ModelError
 from goalscope.envs.registry import domain_named
 from goalscope.experiment.judge import SCORES, Trial, judge
 from goalscope.models import Completion, unfinished_json
@@ -89,6 +89,8 @@ def test_a_trial_whose_json_is_not_finished_is_unscored_and_the_others_count() -
     trials = judge(Evaluator(unfinished_json(512), GOOD), **CASE, outcome="tea", trials=4)
     assert [trial.score for trial in trials] == [None, 2.25, None, 2.25]
     assert "did not finish" in trials[0].explanation
+    with pytest.raises(InvalidInputError, match="at least 1"):
+        judge(Evaluator(GOOD), **CASE, outcome="tea", trials=0)
 
 
 def test_other_trouble_with_the_model_is_not_a_missing_score() -> None:

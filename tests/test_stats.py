@@ -86,7 +86,14 @@ def test_what_is_no_number_is_refused(values: list[float]) -> None:
 @pytest.mark.parametrize(
     ("call", "told"),
     [
+        (lambda: bootstrap_mean([1.0, 2.0], ["a"]), "as many groups"),
+        (lambda: paired_difference([1.0, 2.0], [1.0]), "two values each"),
+        (lambda: reliability([1.0, 0.5], [1.0]), "as many outcomes"),
+        (lambda: reliability([1.1], [1.0]), "lie in"),
+        (lambda: proportion(3, 2), "between 0 and n = 2"),
         (lambda: scores([0.0, 0.0], 0), "sum to 1"),
+        (lambda: scores([0.0], -1), "one of the 1 goals"),
+        (lambda: auroc([1.0], [1.0, 2.0], ["a"]), "2 negative"),
         (lambda: auroc([1.0, 2.0], [1.0, 2.0], ["a", "a"]), "no pairs"),
     ],
 )

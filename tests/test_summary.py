@@ -94,6 +94,8 @@ def test_json_has_numbers_as_numbers() -> None:
     assert found["rows"][0] == {"who": "=cmd|' /C calc'!A0", **share, "n": 50, "time": 1.5}
     assert found["rows"][1]["share"] is None
     assert found["notes"] == ["n_1 is 100 %."]
+    with pytest.raises(ValueError, match="finite"):
+        Estimate(math.nan)
 
 
 def test_intervals_of_few_have_a_note() -> None:

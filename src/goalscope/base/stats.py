@@ -103,12 +103,14 @@ def bootstrap_mean(
         data do not say how much groups differ, and the interval would have no width.
 
     Raises:
-        ValueError: There are no values, or one is not finite.
+        ValueError: There are no values, one is not finite, or `groups` has another length.
     """
     data = _finite(values, "values")
     if groups is None:
         totals, counts = data, np.ones(len(data))
     else:
+        if len(groups) != len(data):
+            raise ValueError(f"{len(data)} values need as many groups, not {len(groups)}")
         number = {name: i for i, name in enumerate(dict.fromkeys(groups))}
         index = np.array([number[name] for name in groups])
         totals, counts = np.bincount(index, data), np.bincount(index).astype(float)
@@ -145,9 +147,11 @@ def auroc(
         equal.
 
     Raises:
-        ValueError: There is one group, or a score is not finite.
+        ValueError: There is one group, a score is not finite, or the lengths differ.
     """
     high, low = _finite(positive, "positive"), _finite(negative, "negative")
+    if not len(high) == len(low) == len(groups):
+        raise ValueError(f"{len(high)} positive scores, {len(low)} negative, {len(groups)} groups")
     number = {name: i for i, name in enumerate(dict.fromkeys(groups))}
     own = np.zeros((len(number), len(groups)))
     own[[number[name] for name in groups], np.arange(len(groups))] = 1.0
@@ -176,7 +180,12 @@ def proportion(successes: float, n: int) -> Interval:
     Args:
         successes: 0 to `n`; need not be whole, since cases that tie count in part.
         n: Number of cases, which must be independent.
+
+    Raises:
+        ValueError: `successes` does not lie between 0 and `n`.
     """
+    if not 0 <= successes <= n:
+        raise ValueError(f"successes must lie between 0 and n = {n}, not be {successes}")
     if n == 0:
         return Interval(0.0, 1.0)
     share = successes / n
@@ -225,9 +234,11 @@ def paired_difference(a: Sequence[float] | Array, b: Sequence[float] | Array) ->
         b: The other values, in the same order.
 
     Raises:
-        ValueError: There are no pairs, or a value is not finite.
+        ValueError: There are no pairs, a value is not finite, or the lengths differ.
     """
     first, second = _finite(a, "values"), _finite(b, "values")
+    if len(first) != len(second):
+        raise ValueError(f"pairs need two values each, not {len(first)} and {len(second)}")
     gaps = first - second
     p = 1.0
     if len(gaps) > 1 and gaps.any():
@@ -276,12 +287,14 @@ def scores(log_posterior: Sequence[float] | Array, truth: int) -> Scores:
         truth: Index of the true goal.
 
     Raises:
-        ValueError: The posterior is not normalised.
+        ValueError: The posterior is not normalised, or holds no such goal.
     """
     belief = np.asarray(log_posterior, dtype=np.float64)
     probability = np.exp(belief)
     if belief.ndim != 1 or not abs(probability.sum() - 1) < 1e-6:
         raise ValueError(f"log_posterior must be [G] and sum to 1, not {probability.sum()}")
+    if not 0 <= truth < len(belief):
+        raise ValueError(f"truth must be one of the {len(belief)} goals, not {truth}")
     own = belief[truth]
     above, ties = int((belief > own).sum()), int((belief == own).sum())
     sure = float(probability[truth])
@@ -305,9 +318,14 @@ def reliability(
         seed: Of the simulated forecaster.
 
     Raises:
-        ValueError: There are no cases, or a value is not finite.
+        ValueError: There are no cases, the lengths differ, or a value is not in [0, 1].
     """
     sure, right = _finite(confidence, "confidences"), _finite(correct, "outcomes")
+    if len(sure) != len(right):
+        raise ValueError(f"{len(sure)} confidences need as many outcomes, not {len(right)}")
+    for name, values in (("confidences", sure), ("outcomes", right)):
+        if values.min() < -1e-9 or values.max() > 1 + 1e-9:
+            raise ValueError(f"{name} must lie in [0, 1], not in [{values.min()}, {values.max()}]")
     n = len(sure)
     index = np.minimum((sure * BINS).astype(int), BINS - 1).clip(0)
     member = np.eye(BINS)[index]

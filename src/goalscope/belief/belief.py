@@ -162,7 +162,13 @@ class Belief:
         return float(max(0.0, -(p * np.log(p)).sum()))
 
     def top(self, k: int | None = None) -> list[tuple[Goal, float]]:
-        """The `k` likeliest goals with their probabilities, likeliest first; ties keep order."""
+        """The `k` likeliest goals with their probabilities, likeliest first; ties keep order.
+
+        Raises:
+            InvalidInputError: `k` is below 1.
+        """
+        if k is not None and k < 1:
+            raise InvalidInputError(f"k must be a whole number, 1 or more, not {k!r}")
         p = self.probability
         order = np.argsort(-self.log_posterior, kind="stable")[:k]
         return [(self.goals[i], float(p[i])) for i in order]

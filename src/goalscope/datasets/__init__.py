@@ -142,6 +142,10 @@ def load(
             f"{dataset.title} has no goal set {shown(goal_set)}; "
             f"{nearest(goal_set, dataset.goal_sets)}"
         )
+    if goals < 2:
+        raise InvalidInputError(f"A case needs at least 2 goals, not {goals}.")
+    if limit is not None and limit < 1:
+        raise InvalidInputError(f"The limit must be at least 1, not {limit}.")
     file = dataset.file(folder, split)
     cases: list[Case] = []
     left_out: dict[str, int] = {}

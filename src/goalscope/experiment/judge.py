@@ -89,6 +89,8 @@ def judge(
         ModelError: The model failed, or the prompt does not fit. A reply that came and cannot be
             read raises nothing: its trial has no score.
     """
+    if trials < 1:
+        raise InvalidInputError(f"An outcome is scored in at least 1 trial, not {trials}.")
     if empty or not (outcome.strip() or actions):
         return [Trial(0.0, "Nothing was achieved; the model was not asked.")] * trials
     prompt = render(

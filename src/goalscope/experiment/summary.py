@@ -49,12 +49,20 @@ class Estimate:
         interval: In the same unit; None if there is none.
         form: Whether it is shown as a percentage.
         groups: Number of people, or other groups of cases, behind the interval, if known.
+
+    Raises:
+        ValueError: A number is not finite.
     """
 
     value: float
     interval: Interval | None = None
     form: Form = "number"
     groups: int | None = field(default=None, compare=False)
+
+    def __post_init__(self) -> None:
+        ends = (self.interval.low, self.interval.high) if self.interval else ()
+        if not all(map(math.isfinite, (self.value, *ends))):
+            raise ValueError(f"an estimate must be finite, not {self.value} {ends}")
 
     def __str__(self) -> str:
         shown, unit = (_hundredths, " %") if self.form == "percent" else (_number, "")
