@@ -12,7 +12,7 @@ import numpy as np
 
 from goalscope.agent.answers import UNKNOWN, Answers
 from goalscope.agent.executor import Execution, Executor
-from goalscope.agent.guards import UNSURE, is_question
+from goalscope.agent.guards import UNSURE
 from goalscope.agent.people import FALLBACK, OPENING, Human, ask, completes, question_of
 from goalscope.agent.planner import Outcome, Want, replay
 from goalscope.agent.round import Round, retracted
@@ -43,7 +43,7 @@ from goalscope.envs import Environment, Pick, scenarios_like
 from goalscope.language.dialogue_state import acting
 from goalscope.language.matcher import Matcher
 from goalscope.language.orders import TELLING, Order, Reading, examples_of, is_aside
-from goalscope.language.questions import asks_of_undo
+from goalscope.language.questions import asks_of_undo, is_question
 from goalscope.language.reader import Reader, ReadExample, reader_of
 from goalscope.models import Model, Roles
 from goalscope.models.embedding import embedded

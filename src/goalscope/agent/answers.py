@@ -10,7 +10,7 @@ from dataclasses import dataclass
 
 from goalscope.agent.round import Guess, Round, mentions, retracted, undoable
 from goalscope.base.nouns import contains, names, singulars
-from goalscope.base.types import Action, some
+from goalscope.base.types import Action, shortlist
 from goalscope.belief.belief import Belief
 from goalscope.belief.explain import in_words
 from goalscope.envs import SEARCH, Environment, Pick, Proactive, completion_phrase
@@ -153,18 +153,17 @@ class Answers:
             case "added":
                 asked = [each for each in came if not each.guess]
                 parts = (("You asked for ", asked), ("I guessed ", guessed))
-                told = "; ".join(f"{head}{_some(deeds)}" for head, deeds in parts if deeds)
+                told = "; ".join(f"{head}{_things(deeds)}" for head, deeds in parts if deeds)
                 told = f"{told}." if told else "I have added nothing."
             case "removed":
                 away = [each for each in last.values() if self._is_away(each.action)]
                 told = "; ".join(map(self._explained, away[-3:]))
                 told = f"Taken out: {told}." if told else "I have taken out nothing."
             case "guessed":
-                whys = [each.why(self._rounds) for each in guessed]
-                told = "; ".join(
-                    f"{_some([e for e in guessed if e.why(self._rounds) == why])} ({why})"
-                    for why in dict.fromkeys(whys)
-                )
+                by_why: dict[str, list[_Deed]] = {}
+                for each in guessed:
+                    by_why.setdefault(each.why(self._rounds), []).append(each)
+                told = "; ".join(f"{_things(deeds)} ({why})" for why, deeds in by_why.items())
                 told = f"{told}." if told else "Nothing: I did only what you asked for."
             case _ if self._deeds and not thing:
                 newest = [each for each in self._deeds if each.round is self._deeds[-1].round]
@@ -190,9 +189,9 @@ class Answers:
             head, _, rest = self._phrase(deed.action).rpartition(": ")
             groups.setdefault(head, []).append(rest)
         return "; ".join(
-            f"{head}: {some(each, _NAMED)}".removeprefix(": ") for head, each in groups.items()
+            f"{head}: {shortlist(each, _NAMED)}".removeprefix(": ") for head, each in groups.items()
         )
 
 
-def _some(deeds: Sequence[_Deed]) -> str:
-    return some([each.action.target for each in deeds], _NAMED)
+def _things(deeds: Sequence[_Deed]) -> str:
+    return shortlist([each.action.target for each in deeds], _NAMED)

@@ -12,7 +12,6 @@ from goalscope.agent.guards import (
     SAY_YES,
     Awaited,
     agrees,
-    is_question,
     is_wary,
     is_yes,
     reason_to_wait,
@@ -26,6 +25,7 @@ from goalscope.belief.belief import Belief
 from goalscope.envs import Environment, Pick, Resolution, execute, is_irreversible, resolve
 from goalscope.language.dialogue_state import LIMITS, DialogueState, acting
 from goalscope.language.orders import Order, Reading, orders_to_text
+from goalscope.language.questions import is_question
 
 NOT_HERE = "I cannot undo anything here. Please say what is to change."
 """Note where the environment cannot undo."""
@@ -152,8 +152,10 @@ class Execution:
         """What that question waits for."""
         if self.harm:
             return "harm"
-        if self.kept or not self.pending:
-            return self.kept.awaits if self.kept else ""
+        if self.kept:
+            return self.kept.awaits
+        if not self.pending:
+            return ""
         return "word" if self.end in (CONFIRM, SAY_YES) else "yes"
 
     @property

@@ -111,11 +111,6 @@ def _phrases(texts: Iterable[str]) -> list[list[str]]:
     return [[singular(each) for each in text if each] for text in words]
 
 
-def is_question(utterance: str) -> bool:
-    """Whether it ends in a question mark, be it of full width or Arabic."""
-    return utterance.rstrip().endswith(("?", "\uff1f", "\u061f"))
-
-
 def is_wary(said: Iterable[tuple[str, Reading]]) -> bool:
     """Whether a word of harm was said, and since then neither an allergy nor a no.
 

@@ -75,8 +75,8 @@ def pluralize(number: int, noun: str) -> str:
     return f"{number:,} {noun}" + "s" * (number != 1)
 
 
-def some(told: Sequence[str], most: int) -> str:
-    """A list in a sentence, at most so many of it, and how many more there are."""
+def shortlist(told: Sequence[str], most: int) -> str:
+    """The first of a list, as in a sentence, and how many more there are."""
     more = f" and {len(told) - most} more" if len(told) > most else ""
     return ", ".join(told[:most]) + more
 

@@ -138,9 +138,14 @@ def kind_of(said: str, things: Sequence[str] = ()) -> Kind:
     return kind if nearness >= _NEAR else "facts"
 
 
+def is_question(said: str) -> bool:
+    """Whether an utterance ends in a question mark, be it of full width or Arabic."""
+    return plain(said).rstrip().endswith(("?", "\uff1f", "\u061f"))
+
+
 def asks_of_undo(said: str) -> bool:
     """Whether an utterance that was read as an undo only asks what that would do."""
-    return plain(said).rstrip().endswith("?") and kind_of(said) == "undoing"
+    return is_question(said) and kind_of(said) == "undoing"
 
 
 @cache

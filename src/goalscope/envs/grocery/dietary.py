@@ -14,7 +14,7 @@ from functools import lru_cache
 from typing import Literal
 
 from goalscope.base.nouns import contains
-from goalscope.base.types import some
+from goalscope.base.types import shortlist
 from goalscope.envs.grocery.catalogue import Catalogue, Item
 from goalscope.envs.grocery.diets import (
     DIETS,
@@ -167,7 +167,7 @@ class Bounds:
         for bound in (*sorted(self.diets), *(r for r in self.avoided if r in self.grave)):
             names = [item.name for item in items if self._judged(item, bound) == "unknown"]
             fit = bound if bound in self.diets else f'free of "{bound}"'
-            told += [f"Not known to be {fit}: {some(names, _NAMED)}."] if names else []
+            told += [f"Not known to be {fit}: {shortlist(names, _NAMED)}."] if names else []
         return " ".join(told)
 
     def told(self, restriction: str, items: Iterable[Item]) -> str:
@@ -180,7 +180,7 @@ class Bounds:
             ("violates", "Not"),
         ):
             names = [name for name, fits in judged.items() if fits == way]
-            told += [f"{text} {restriction}: {some(names, _NAMED)}."] if names else []
+            told += [f"{text} {restriction}: {shortlist(names, _NAMED)}."] if names else []
         return " ".join(told)
 
     def _judged(self, item: Item, bound: str) -> Verdict:

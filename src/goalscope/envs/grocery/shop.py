@@ -2,27 +2,19 @@
 
 from __future__ import annotations
 
-import re
 from collections import Counter
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from dataclasses import replace
 from decimal import Decimal
 
 from goalscope import envs
-from goalscope.base.nouns import head_nouns, names, singulars
-from goalscope.base.types import Action, Profile, StepResult, some
+from goalscope.base.nouns import head_nouns, names
+from goalscope.base.types import Action, Profile, StepResult
 from goalscope.envs import Checks, Pick, Proactive, Resolution, State
+from goalscope.envs.grocery.answers import ShopAnswers
 from goalscope.envs.grocery.catalogue import Catalogue, Item
 from goalscope.envs.grocery.choosing import Chooser
-from goalscope.envs.grocery.dietary import (
-    Bounds,
-    avoided_name,
-    bounds_of,
-    diets_of,
-    unset_budget,
-    verdict,
-)
-from goalscope.envs.grocery.diets import DIETS, diet_named, finder, folded
+from goalscope.envs.grocery.dietary import Bounds, avoided_name, bounds_of, diets_of, unset_budget
 from goalscope.envs.grocery.profiles import checks_met, unwanted
 from goalscope.envs.grocery.quantities import packages
 from goalscope.envs.grocery.search import Search
@@ -38,18 +30,7 @@ MOST = 99
 """Units of one item that a basket holds at most."""
 
 _AT_ONCE = 8  # things that are guessed at most: what is left of a budget must do for all of them
-_SHOWN = 10  # items that the action `search inventory` and answers list
-_MENTIONS = 4  # most things that a question is answered for besides the one that was read
-
-_WHOLE = frozenset({
-    "basket", "cart", "total", "budget", "order", "price", "cost", "bill", "money", "everything",
-    "it", "all",
-})  # fmt: skip
-"""Words for the basket as a whole."""
-
-_CLAIMED = finder(",".join(diet.labels for diet in DIETS.values()))
-_AVOIDED = finder(",".join(diet.avoided for diet in DIETS.values()))
-_SERVES = re.compile(r"\bserves (\d{1,3})\b|\b(\d{1,3}) servings?\b", re.IGNORECASE)
+_SHOWN = 10  # items that the action `search inventory` lists
 
 
 class GroceryShop(Proactive):
@@ -392,52 +373,8 @@ class GroceryShop(Proactive):
     def answer(self, question: Question, dialogue: DialogueState, pick: Pick) -> str:
         """The facts about a thing, such as its price and labels; by default, about the basket."""
         bounds = bounds_of(dialogue, self.catalogue)
-        about = " ".join(word for word in singulars(question.what) if word not in _WHOLE)
-        mentioned = self._chooser.mentions(question.said)[:_MENTIONS]
-        claimed = None if about else _CLAIMED.search(" ".join(folded(question.said)))
-        if self._basket and (diet := diet_named(claimed[0] if claimed else about)):
-            return bounds.told(diet, self._basket)
-        if question.kind in ("any", "count", "enough"):
-            avoided = _AVOIDED.search(" ".join(folded(question.said)))
-            about = about or (avoided[0] if avoided else " ".join(mentioned[:1]))
-            if about or question.kind != "any":
-                facts = self._chooser.facts(about, self._basket, bounds) if about else ""
-                return self._amount(question, about) or f"{_lacking(about)} {facts}".strip()
-        if about:
-            asked = (question.what, *(e for e in mentioned if not names(question.what, e)))
-            return "\n".join(self._chooser.facts(each, self._basket, bounds) for each in asked)
-        told = f"It comes to {self.catalogue.money(self.total)}"
-        if bounds.budget is not None:
-            named, left = self.catalogue.money(bounds.budget), bounds.budget - self.total
-            way = "above" if left < 0 else "below"
-            told += f", {self.catalogue.money(abs(left))} {way} the {named} that you named"
-        if question.kind == "total":
-            return f"{told}."
-        held = f"holds {self._counted(self._basket)}" if self._basket else "is empty"
-        return " ".join(filter(None, (f"The basket {held}. {told}.", bounds.unknown(self._basket))))
-
-    def _amount(self, question: Question, about: str) -> str:
-        """Whether there is any of a thing, how many, or for how many it will do; "" for none."""
-        held = self._chooser.held(about, [*self._basket]) if about else [*self._basket]
-        if question.kind == "enough":
-            serve = {i: n * found for i, n in self._basket.items() if (found := _servings(i))}
-            told = [f"{item.name} serves {serve[item]}" for item in held if item in serve]
-            rest = [item.name for item in held if item not in serve]
-            told += [f"No label tells for how many {some(rest, _SHOWN)} will do"] if rest else []
-            return f"{'; '.join(told)}." if told else ""
-        if question.kind == "count":
-            number = sum(self._basket[item] for item in held)
-            return f"{number} in all: {self._counted(held)}." if held else ""
-        unsure, diets = list[str](), sorted(diets_of(Order("avoid", about)))
-        for diet in diets:
-            verdicts = {item: verdict(item, diet) for item in self._basket if item not in held}
-            held += [item for item, found in verdicts.items() if found == "violates"]
-            unsure += [item.name for item, found in verdicts.items() if found == "unknown"]
-        told = f"Yes: {self._counted(held)}." if held else _lacking(about) if diets else ""
-        return f"{told} Not known: {some(unsure, _SHOWN)}." if unsure else told
-
-    def _counted(self, items: Iterable[Item]) -> str:
-        return some([f"{self._basket[item]} x {item.name}" for item in items], _SHOWN)
+        answers = ShopAnswers(self.catalogue, self._chooser, self._basket, self.total, bounds)
+        return answers.to(question)
 
     def step(self, action: Action) -> StepResult:
         """Take one action. An impossible one changes nothing and says why."""
@@ -507,14 +444,3 @@ class GroceryShop(Proactive):
 def _change(item: Item, number: int) -> Action:
     """An addition, or where the number is negative a removal."""
     return Action("add item" if number > 0 else "remove item", item.name, abs(number))
-
-
-def _lacking(about: str) -> str:
-    none = f'There is no "{about}" in the basket, as far as names and labels tell.'
-    return none if about else "The basket is empty."
-
-
-def _servings(item: Item) -> int:
-    """For how many people one unit is, as its size or labels say; 0 where they do not."""
-    found = _SERVES.search("; ".join((item.unit, *sorted(item.tags))))
-    return int(found[1] or found[2]) if found else 0
