@@ -59,11 +59,13 @@ def read_entries(path: Path) -> list[Entry]:
     """
     found: list[Entry] = []
     for number, row in enumerate(read_rows(path), 1):
+        if _is_of_messages(row):
+            found += lines_of(row)
+            continue
         try:
-            found += _entries(row, number)
+            found += _entries(row.values, number)
         except (LookupError, TypeError, ValueError) as error:
-            place = "" if str(error).startswith(row.label) else f"{row.label}: "
-            raise InvalidInputError(f"{place}{error}") from None
+            raise InvalidInputError(f"{row.label}: {error}") from None
     recipes = [each for each in found if isinstance(each, Scenario) and not each.said]
     if len(recipes) > _RECIPES:
         left_out = {each.id for each in random.Random(1).sample(recipes, len(recipes) - _RECIPES)}
@@ -83,13 +85,18 @@ def corpus_facts(found: Sequence[Entry], files: Sequence[str]) -> dict[str, Any]
     }
 
 
-def _entries(row: Row, number: int) -> list[Entry]:
-    """The entries of a row; none for some recipes."""
-    each = row.values
+def _is_of_messages(row: Row) -> bool:
+    match row.values:
+        case {"id": _, "turns": [{"message": _}, *_]}:
+            return "ingredients" not in row.values
+        case _:
+            return False
+
+
+def _entries(each: Mapping[str, Any], number: int) -> list[Entry]:
+    """The entries of a row without messages; none for some recipes."""
     if "ingredients" in each:
         return [*_recipe(each, number)]
-    if "id" in each and "message" in (each.get("turns") or [{}])[0]:
-        return [*lines_of(row)]
     if "needed" in each:
         return [scenario_from_json(each)]
     if "goals" not in each:
