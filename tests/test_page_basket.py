@@ -167,12 +167,13 @@ def test_what_a_note_tells_is_not_told_again(address: str, enter) -> None:
         "Because you mentioned it: Jam.",
         "Taken back, as it was a guess for another goal: Beef, Garlic.",
         'Taken back: "add milk".',
+        "As you confirmed: buy basket. The basket is now purchased for $1.79: 1 x Whole Milk.",
         "Not done.",
     ]
     actions = ["add item: Rye x2", "add item: Jam", "remove item: Garlic", "add item: Garlic",
                "remove item: Rye", "search inventory: Rye"]  # fmt: skip
     assert page.evaluate(told, [notes, actions]) == [
-        ["guessed", "guessed", "removed", "done", "refused"],
+        ["guessed", "guessed", "removed", "done", "done", "refused"],
         [True, True, True, False, False, False],
     ]
 

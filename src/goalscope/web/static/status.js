@@ -46,7 +46,7 @@ function names(note, prefix, thing) {
   return [", ", "; "].some((before) => [",", ";", " (to "].some((after) => list.includes(before + thing + after)));
 }
 
-const KINDS = { [GUESSED]: "guessed", [MENTIONED]: "guessed", [GIVEN_UP]: "removed", "Taken back: ": "done" };
+const KINDS = { [GUESSED]: "guessed", [MENTIONED]: "guessed", [GIVEN_UP]: "removed", "Taken back: ": "done", "As you confirmed: ": "done" };
 
 /** Whether notes tell already that a thing was put into the basket, or taken out of it. */
 export function namedIn(notes, action) {
