@@ -72,7 +72,7 @@ class Garden(Proactive):
     def offers(self, text, limit):
         return list(THINGS[:limit])
 
-    def answer(self, question, dialogue, pick):
+    def answer(self, question, said, dialogue, pick):
         it = pick(question.what, (*THINGS, TREE))
         return f"{'Here' if it in self.things else 'Not here'}: {it}." if it else self.state().text
 

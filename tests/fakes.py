@@ -13,7 +13,6 @@ from goalscope.base.types import Action, Message, Profile, StepResult, Turn
 from goalscope.envs import Checks, Environment, Pick, Proactive, Resolution, State
 from goalscope.language.dialogue_state import LIMITS, DialogueState
 from goalscope.language.orders import Order, Verb
-from goalscope.language.questions import Question
 from goalscope.models import Completion
 from goalscope.models.trace import traced
 
@@ -209,7 +208,7 @@ class LampRoom(Proactive):
                 return StepResult(action, True, "It is on.")
         return StepResult(action, False, "The switch does not move.")
 
-    def answer(self, question: Question, dialogue: DialogueState, pick: Pick) -> str:
+    def answer(self, question: Order, said: str, dialogue: DialogueState, pick: Pick) -> str:
         return self.state().text if question.what in ("", *self.names) else ""
 
     def checks_met(self, profile: Profile) -> Checks:

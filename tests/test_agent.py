@@ -178,7 +178,7 @@ def test_long_turns_leave_room_in_every_prompt() -> None:
     model = WordModel(REPLIES, context_size=900)
     agent = Agent(LampRoom(), model)
     for _ in range(3):
-        agent.step(agent.ask(), "lamp light " * 150)
+        agent.step(agent.ask(), "lamp light " * 130)
     assert agent.ask()
     turns = [Turn("a b", f"{n} " * 100) for n in range(9)]
     assert recent(model, turns, 8) == turns[-4:]
@@ -254,7 +254,7 @@ def test_a_question_is_answered_before_the_next_one_is_asked() -> None:
 
 
 def test_asked_what_it_thinks_the_agent_tells_its_belief() -> None:
-    reads = {"What do you think I want?": "ask", "How bright is that?": "ask"}
+    reads = {"What do you think I want?": "ask | about goal", "How bright is that?": "ask"}
     agent = agent_in(LampRoom(["lamp"]), model=WordModel(REPLIES, reads=reads))
     agent.step("Yes?", "lamp light please")
     agent.step("And?", "What do you think I want?")

@@ -19,7 +19,6 @@ from goalscope.envs.grocery.dietary import bounds_of, verdict
 from goalscope.envs.grocery.diets import DIETS, read_label
 from goalscope.envs.grocery.natures import nature
 from goalscope.language.orders import Order
-from goalscope.language.questions import Question
 from shops import CATALOGUE, PICK, SEARCH, follow, shop, state_after
 
 DATA = os.environ.get("GOALSCOPE_DATA")
@@ -266,7 +265,7 @@ def test_what_is_not_known_to_fit_comes_only_if_ordered_and_is_named(said, baske
     assert [*opened.basket] == basket
     assert told in notes
     assert bool(told) == bool(notes)
-    asked = opened.answer(Question(), state_after("avoid lactose | why allergy"), PICK)
+    asked = opened.answer(Order("ask"), "", state_after("avoid lactose | why allergy"), PICK)
     assert ("Not known to be" in asked) == ("Not known to be" in told)
 
 
@@ -286,7 +285,7 @@ def test_what_is_not_known_to_fit_comes_only_if_ordered_and_is_named(said, baske
 def test_a_question_about_a_diet_is_answered_for_the_basket(basket, what, told) -> None:
     opened = stocked(*ROWS)
     assert all(opened.step(Action("add item", name)).ok for name in basket)
-    assert opened.answer(Question(what, said=what), state_after(), PICK) == told
+    assert opened.answer(Order("ask", what), what, state_after(), PICK) == told
 
 
 def test_a_limit_that_comes_late_names_what_it_leaves_in_the_basket() -> None:

@@ -14,7 +14,6 @@ from goalscope.envs.grocery.quantities import packages
 from goalscope.envs.grocery.search import Search
 from goalscope.language.dialogue_state import DialogueState
 from goalscope.language.orders import Order
-from goalscope.language.questions import Question
 from shops import CATALOGUE, PICK, SEARCH, follow, ordered, reading, shop, state_after, undone
 
 
@@ -288,7 +287,7 @@ def test_a_budget_in_another_currency_limits_nothing() -> None:
         "Please say the most that it may cost in €."
     ]
     said = state_after("budget | 2 $")
-    assert "you named" not in euros.answer(Question(), said, PICK)
+    assert "you named" not in euros.answer(Order("ask"), "", said, PICK)
     assert euros.actions("bread", said)
     assert "above the €2.00" in " ".join(follow(euros, "budget | 2 euro; add salmon"))
 
@@ -346,7 +345,7 @@ def test_undo_brings_nothing_back_that_is_ruled_out_or_bought() -> None:
 )
 def test_questions_are_answered_by_facts(what: str, part: str) -> None:
     dialogue = state_after("budget | 20 $; avoid nuts | why allergy")
-    told = shop({"Large Eggs": 2}).answer(Question(what, said=what), dialogue, PICK)
+    told = shop({"Large Eggs": 2}).answer(Order("ask", what), what, dialogue, PICK)
     assert part in told
 
 

@@ -14,7 +14,6 @@ from goalscope.envs import Resolution
 from goalscope.envs.house import HomeRobot, HouseController
 from goalscope.language.dialogue_state import DialogueState, fold
 from goalscope.language.orders import Order, Reading, orders_from_text
-from goalscope.language.questions import Question
 
 FREE = DialogueState()
 
@@ -323,25 +322,20 @@ ANSWERS = [
 ]  # fmt: skip
 
 
-def question(text: str) -> Question:
-    asked = order(text)
-    return Question(asked.what, asked.where)
-
-
 @pytest.mark.parametrize(("said", "told"), ANSWERS)
 def test_answers_state_facts(robot: HomeRobot, said: str, told: str) -> None:
     before = robot.state().fingerprint
-    assert robot.answer(question(said), FREE, pick) == told
+    assert robot.answer(order(said), said, FREE, pick) == told
     assert robot.state().fingerprint == before
 
 
 def test_how_many_there_are_is_said_first(robot: HomeRobot) -> None:
-    mugs = Question("mugs", kind="count")
-    assert robot.answer(mugs, FREE, pick).startswith("2 in all. Mug 2 is")
+    told = robot.answer(order("ask mugs | about count"), "how many mugs?", FREE, pick)
+    assert told.startswith("2 in all. Mug 2 is")
 
 
 def test_an_answer_tells_of_six_things_at_most(robot: HomeRobot) -> None:
-    assert robot.answer(question("ask food"), FREE, pick).count(" is ") == 6
+    assert robot.answer(order("ask food"), "food?", FREE, pick).count(" is ") == 6
 
 
 def test_offers_are_nearest_first(robot: HomeRobot) -> None:

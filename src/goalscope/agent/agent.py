@@ -19,6 +19,7 @@ from goalscope.agent.round import Round, retracted
 from goalscope.agent.telling import done_in_words, notes_of
 from goalscope.agent.toolkit import Preset, Toolkit, is_paper, toolkit_of
 from goalscope.agent.writer import Recalling, Writer
+from goalscope.base.text import is_question
 from goalscope.base.types import (
     UNSPECIFIED,
     ConflictError,
@@ -43,7 +44,6 @@ from goalscope.envs import Environment, Pick, scenarios_like
 from goalscope.language.dialogue_state import acting
 from goalscope.language.matcher import Matcher
 from goalscope.language.orders import TELLING, Order, Reading, examples_of, is_aside
-from goalscope.language.questions import asks_of_undo, is_question
 from goalscope.language.reader import Reader, ReadExample, reader_of
 from goalscope.models import Model, Roles
 from goalscope.models.embedding import embedded
@@ -379,8 +379,6 @@ class Agent:
             )
         except UnreadableAnswerError as error:
             reading, unread = Reading((Order("none"),)), [str(error)]
-        if reading.tells("undo") and asks_of_undo(turn.utterance):
-            return Reading((Order("ask"),)), unread
         return reading, unread
 
     def _observe(self, turn: Turn, reading: Reading | None) -> None:

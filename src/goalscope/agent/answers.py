@@ -15,8 +15,7 @@ from goalscope.belief.belief import Belief
 from goalscope.belief.explain import in_words
 from goalscope.envs import SEARCH, Environment, Pick, Proactive, completion_phrase
 from goalscope.language.dialogue_state import DialogueState
-from goalscope.language.orders import order_in_words, speaks
-from goalscope.language.questions import Question, questions_in
+from goalscope.language.orders import Order, order_in_words, speaks
 
 UNKNOWN = "I cannot answer that."
 """The answer to a question about something that is not known here."""
@@ -81,15 +80,12 @@ class Answers:
 
     def all(self) -> list[str]:
         """The answer to each question of the newest words; "" where there is none."""
-        last = self._rounds[-1]
-        done = [result.action for round in self._rounds for result in round.results]
-        here = [name for action in done for name in (action.target, action.destination)]
-        orders = last.reading.orders if last.reading else ()
-        return [*map(self._to, questions_in(last.turn.utterance, orders, here))]
+        reading = self._rounds[-1].reading
+        return [self._to(each) for each in reading.orders if each.do == "ask"] if reading else []
 
-    def _to(self, question: Question) -> str:
-        match question.kind:
-            case "done" | "added" | "removed" | "guessed" | "origin":
+    def _to(self, question: Order) -> str:
+        match question.about:
+            case "done" | "added" | "removed" | "guessed" | "why":
                 return self._deed(question) or self._all(question)
             case "asked":
                 dialogue = self._dialogue
@@ -103,34 +99,36 @@ class Answers:
                     f"I know these orders: {verbs}, undo. Say what you want, what must not be, or "
                     f'only what it is all for, and ask what I did and why; "{end}" ends it.'
                 )
-            case "undoing":
+            case "undo":
                 last = undoable(self._rounds)[-1:]
                 deeds = [each for each in self._deeds if each.round in last]
                 told = f": {self._listed(deeds)}" if deeds else ""
                 undo = [f'Undo takes back what came of "{e.turn.utterance}"{told}.' for e in last]
                 return "".join(undo) or "There is nothing that undo could take back."
-            case "belief":
+            case "goal":
                 return self._wanted()
             case _:
-                return self._env.answer(question, self._dialogue, self._pick)
+                said = self._rounds[-1].turn.utterance
+                return self._env.answer(question, said, self._dialogue, self._pick)
 
     def _wanted(self) -> str:
         if not self._belief.inferred:
             return "I go by your words alone, and make out no goal behind them."
         return in_words(self._belief, [each.turn for each in self._rounds])
 
-    def _deed(self, question: Question) -> str:
+    def _deed(self, question: Order) -> str:
         """What was done with the thing that is asked about, and why; "" for no such thing."""
-        thing, said = question.what or question.where, singulars(question.said)
+        thing = question.what or question.where
+        said = singulars(self._rounds[-1].turn.utterance)
         targets = [*dict.fromkeys(each.action.target for each in self._deeds if each.action.target)]
         found = [name for name in targets if names(name, thing)]
         found = found or [name for name in targets if mentions(said, name)]
-        if not found and thing and question.kind == "origin":
+        if not found and thing and question.about == "why":
             found = [self._pick(thing, targets)]
         last = {each.action.target: each for each in self._deeds if each.action.target in found}
         if last:
             away = all(self._is_away(each.action) for each in last.values())
-            still = "Not taken out: " if question.kind == "removed" and not away else ""
+            still = "Not taken out: " if question.about == "removed" and not away else ""
             return f"{still}{'; '.join([*map(self._explained, last.values())][-2:])}."
         for round in reversed(self._rounds):
             for order in round.reading.orders if round.reading else ():
@@ -138,16 +136,16 @@ class Answers:
                 if named and speaks(order) and order.do != "ask":
                     return f'I did nothing with "{order.what}"; you said "{round.turn.utterance}".'
         of_goal = any(names(goal.text, thing) for goal, _ in self._belief.top(3))
-        return self._wanted() if of_goal and question.kind == "origin" else ""
+        return self._wanted() if of_goal and question.about == "why" else ""
 
-    def _all(self, question: Question) -> str:
+    def _all(self, question: Order) -> str:
         """All that was done, of the kind that is asked about."""
         last = {each.action.target: each for each in self._deeds}
         came = [each for each in last.values() if not self._is_away(each.action)]
         guessed = [each for each in came if each.guess]
         thing = question.what or question.where
         none = f'I did nothing with "{thing}", and know of no order for it.' if thing else ""
-        match question.kind:
+        match question.about:
             case "done":
                 told = f"So far: {self._listed(self._deeds)}." if self._deeds else "Nothing so far."
             case "added":

@@ -20,12 +20,12 @@ from goalscope.agent.guards import (
 from goalscope.agent.people import completes
 from goalscope.agent.round import Guess, Round, mentions, retracted, state_after, undoable
 from goalscope.base.nouns import singulars
+from goalscope.base.text import is_question
 from goalscope.base.types import Action, StepResult, Turn
 from goalscope.belief.belief import Belief
 from goalscope.envs import Environment, Pick, Resolution, execute, is_irreversible, resolve
 from goalscope.language.dialogue_state import LIMITS, DialogueState, acting
 from goalscope.language.orders import Order, Reading, orders_to_text
-from goalscope.language.questions import is_question
 
 NOT_HERE = "I cannot undo anything here. Please say what is to change."
 """Note where the environment cannot undo."""

@@ -163,3 +163,8 @@ def _reread(found: re.Match[str]) -> str:
         return found[0].encode("cp1252" if "\u20ac" in found[0] else "latin-1").decode()
     except UnicodeError:
         return found[0]
+
+
+def is_question(said: str) -> bool:
+    """Whether an utterance ends in a question mark, be it of full width or Arabic."""
+    return plain(said).rstrip().endswith(("?", "\uff1f", "\u061f"))

@@ -51,8 +51,9 @@ def bench_reading(
     """Read messages with known orders, and report the accuracy.
 
     A line of the file is a conversation: {"id", "domain", "turns": [{"here", "question",
-    "message", "orders": [{"do", "what", "quantity", "unit", "but", "for", "where", "if"}]}]}. A
-    message is exact if all its orders are right; F1 compares orders by verb and target.
+    "message", "orders": [{"do", "what", "quantity", "unit", "but", "for", "where", "if",
+    "about"}]}]}. A message is exact if all its orders are right; F1 compares orders by verb and
+    target.
     """
     from goalscope.experiment.reading_scores import (
         asking,
@@ -128,6 +129,7 @@ def bench_reading(
             "recall": each.recall,
             "F1": each.f1,
             "F1 with quantities": each.quantity_f1,
+            "questions": percent(each.about),
         }
         for name, each in found.items()
     ]

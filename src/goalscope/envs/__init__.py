@@ -11,7 +11,6 @@ from goalscope.base.types import Action, GoalscopeError, Profile, StepResult
 from goalscope.envs.scenarios import Scenario
 from goalscope.language.dialogue_state import DialogueState
 from goalscope.language.orders import Order, Verb
-from goalscope.language.questions import Question
 
 GUESSED = "Guessed, not asked for: "
 """Prefix of notes about guessed actions."""
@@ -174,12 +173,13 @@ class Environment(AbstractContextManager["Environment"]):
         """Generic names of available things that may serve `text`, nearest first."""
         raise NotImplementedError
 
-    def answer(self, question: Question, dialogue: DialogueState, pick: Pick) -> str:
+    def answer(self, question: Order, said: str, dialogue: DialogueState, pick: Pick) -> str:
         """The facts that a question asks for; "" if there are none.
 
         Args:
-            question: `kind` is "any", "total", "count", "enough" or "facts": the agent answers what
-                is asked about itself. `what` and `where` name the thing, or nothing for all.
+            question: `about` is "any", "total", "count", "enough" or "" for facts; the agent
+                answers the rest. `what` and `where` name the thing, or nothing for all.
+            said: The utterance that holds it.
             dialogue: What holds.
             pick: Finds which of the names here is meant.
         """

@@ -33,7 +33,6 @@ from goalscope.language.orders import (
     orders_from_text,
     orders_to_text,
 )
-from goalscope.language.questions import Question
 from goalscope.language.reader import check_verbs
 
 NOWHERE = "no such thing"
@@ -212,8 +211,8 @@ class _Trial:
             named = (Order(limit, name) for limit in LIMITS if limit != "budget")
             for limit in (*named, Order("budget", quantity=1e6)):
                 self._try_limit(limit)
-            for asked in (Question(name), Question()):
-                self.call("answer", asked, DialogueState(), self.pick)
+            for asked in (Order("ask", name), Order("ask")):
+                self.call("answer", asked, name, DialogueState(), self.pick)
         _hold(self.state() == self.start, "to resolve and to answer must change nothing")
 
     def _try_limit(self, limit: Order) -> None:

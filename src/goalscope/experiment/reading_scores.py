@@ -82,7 +82,8 @@ class Score:
 
     A message is `exact` if all its orders are right, with quantities and places. Precision, recall
     and F1 are of orders by verb and target; `quantity_f1` counts quantities and units, too.
-    `unread` messages have no valid reading.
+    `unread` messages have no valid reading. `about` is the share of the questions that are read as
+    questions about the same.
     """
 
     lines: int
@@ -92,6 +93,7 @@ class Score:
     f1: float
     quantity_f1: float
     unread: float
+    about: float
 
 
 @dataclass(frozen=True, slots=True)
@@ -198,8 +200,8 @@ def read_lines(lines: Sequence[Line], reader: Reader) -> Iterator[tuple[Line, Re
 def score(pairs: Iterable[tuple[Sequence[Order], Sequence[Order] | None]]) -> Score:
     """Compare right orders with read ones; None for messages that could not be read.
 
-    Articles, case and a plural's s do not count, nor do reasons, nor which thing a question is
-    about; a mere yes, no or aim is no order. One of a thing is as no quantity.
+    Articles, case and a plural's s do not count, nor do reasons, nor what a question asks for; a
+    mere yes, no or aim is no order. One of a thing is as no quantity.
     """
     exact = unread = lines = 0
     hits, read, right = Counter[str](), Counter[str](), Counter[str]()
@@ -212,6 +214,12 @@ def score(pairs: Iterable[tuple[Sequence[Order], Sequence[Order] | None]]) -> Sc
             hits[name] += (wanted & given).total()
             read[name] += given.total()
             right[name] += wanted.total()
+        wanted, given = (
+            Counter(each.about for each in orders if each.do == "ask")
+            for orders in (gold, found or ())
+        )
+        hits["about"] += (wanted & given).total()
+        right["about"] += wanted.total()
 
     def f1(name: str) -> float:
         both = read[name] + right[name]
@@ -225,6 +233,7 @@ def score(pairs: Iterable[tuple[Sequence[Order], Sequence[Order] | None]]) -> Sc
         f1("target"),
         f1("quantity"),
         unread / max(lines, 1),
+        hits["about"] / max(right["about"], 1),
     )
 
 
@@ -310,6 +319,7 @@ def _even(order: Order) -> Order:
         but=_phrase(order.but),
         if_="if" if order.if_ else "",
         why="",
+        about="",
     )
 
 

@@ -15,7 +15,7 @@ from typing import Any, cast
 from goalscope.base.inputs import read_table
 from goalscope.base.types import InvalidInputError
 
-SLOTS = ("what", "quantity", "but", "for", "where", "if", "why")
+SLOTS = ("what", "quantity", "but", "for", "where", "if", "why", "about")
 """The slots of an order; `unit` goes with `quantity`."""
 
 ANY_VERB = ("but", "if")
@@ -26,6 +26,26 @@ PHRASES = ("what", "but", "for_", "where", "if_")
 
 REASONS = ("allergy", "diet", "taste")
 """Reasons for a limit, the gravest first."""
+
+ABOUT = {
+    "why": "why something was done or is there",
+    "guessed": "what you did unasked",
+    "added": "what you added",
+    "removed": "what you took away",
+    "done": "what else you did",
+    "asked": "what they told you",
+    "enough": "for how many it is enough",
+    "total": "what all of it costs",
+    "count": "how many are here",
+    "any": "whether there is any here",
+    "undo": "what an undo would take back",
+    "goal": "what you think they want",
+    "abilities": "what you can do",
+}
+"""What a question may be about; a plain one asks for facts about a thing."""
+
+CHOICES = {"why": REASONS, "about": tuple(ABOUT)}
+"""The slots that take one of a few values."""
 
 _NUMBER = r"\d{1,6}(?:\.\d{1,3})?"
 _QUANTITY = re.compile(rf"({_NUMBER})(?: (\S+(?: \S+){{0,2}}))?")
@@ -65,7 +85,7 @@ DIALOGUE_ACTS: tuple[Verb, ...] = (
     Verb("budget", "the most it may cost", ("quantity",)),
     Verb("leave", "a thing not to be touched", ("what", "quantity", "where")),
     Verb("undo", "take back what was done last", ("what", "quantity")),
-    Verb("ask", "a question, and the thing asked about", ("what", "where")),
+    Verb("ask", "a question, and the thing asked about", ("what", "where", "about")),
     Verb("yes", "agrees to what was asked", ()),
     Verb("no", "declines what was asked", ()),
     Verb("aim", "what it is all for, in few of their words"),
@@ -92,6 +112,7 @@ class Order:
         if_: The condition, as said.
         why: Reason of a limit: "allergy", "diet" or "taste".
         but: What is excepted, as said.
+        about: What a question is about, one of `ABOUT`; "" for facts.
     """
 
     do: str
@@ -103,6 +124,7 @@ class Order:
     if_: str = ""
     why: str = ""
     but: str = ""
+    about: str = ""
 
     @property
     def phrases(self) -> tuple[str, ...]:
@@ -251,7 +273,10 @@ def is_aside(orders: Sequence[Order]) -> bool:
 
     Words that were read as nothing at all ("none") are no aside: they may tell anything.
     """
-    return all(each == Order(each.do) and each.do not in ("aim", "none") for each in orders)
+    return all(
+        each == Order(each.do, about=each.about) and each.do not in ("aim", "none")
+        for each in orders
+    )
 
 
 def _line(order: Order) -> str:
@@ -283,8 +308,9 @@ def _order(line: str, known: dict[str, Verb]) -> Order:
             raise InvalidInputError(f"{verb.name} takes no {name}: {line!r}")
     if values["what"] and "what" not in verb.slots:
         raise InvalidInputError(f"{verb.name} takes no thing: {line!r}")
-    if values.get("why", "taste") not in REASONS:
-        raise InvalidInputError(f"why must be one of {', '.join(REASONS)}: {line!r}")
+    for slot, choices in CHOICES.items():
+        if slot in values and values[slot] not in choices:
+            raise InvalidInputError(f"{slot} must be one of {', '.join(choices)}: {line!r}")
     return order_from_json({"do": verb.name, **values, "quantity": quantity, "unit": unit})
 
 

@@ -29,10 +29,11 @@ from goalscope.base.types import (
 )
 from goalscope.language.amounts import figures, numbers_in, sums_in
 from goalscope.language.orders import (
+    ABOUT,
     ANY_VERB,
+    CHOICES,
     DIALOGUE_ACTS,
     PHRASES,
-    REASONS,
     SLOTS,
     Example,
     Order,
@@ -113,11 +114,12 @@ class Reader:
         self.verbs = (*verbs, *DIALOGUE_ACTS)
         self.form: Form = form if model.takes_grammar else "json"
         self._own = tuple(verbs)
-        self._shows_here = not taught  # no adapter was fitted on prompts with it yet
         if taught:
             self._opening = render("read", verbs=self.verbs)
         else:
-            self._opening = render("read_untaught", verbs=self.verbs, task=task, form=self.form)
+            self._opening = render(
+                "read_untaught", verbs=self.verbs, about=ABOUT, task=task, form=self.form
+            )
         self._examples = [
             ReadExample(each.question, each.message, orders_from_text(each.orders, verbs))
             for each in (() if taught else examples)
@@ -149,7 +151,7 @@ class Reader:
         question = _legible(question)
         before = _shown(before)
         shown = [*self._examples, *before]
-        line = self._one_line(here)
+        line = here = _legible(here)
         prompt = self._prompt(_asked(message, question, line), shown)
         most = self.model.context_size - _MOST_TOKENS
         while (shown or line) and self.model.count_tokens(prompt) > most:
@@ -163,7 +165,7 @@ class Reader:
         texts = [text for each in before for text in (each.question, each.message)]
         said = dict.fromkeys(
             word
-            for text in (message, typed, question, *texts, _in_full(_legible(here)))
+            for text in (message, typed, question, *texts, _in_full(here))
             for word in words_of(text)
         )
         if self.form == "text":
@@ -199,12 +201,8 @@ class Reader:
         here: str = "",
     ) -> list[Message]:
         """The chat that the model answers with the reading of `message`."""
-        asked = _asked(_legible(message), _legible(question), self._one_line(here))
+        asked = _asked(_legible(message), _legible(question), _legible(here))
         return self._prompt(asked, [*self._examples, *_shown(before)])
-
-    def _one_line(self, here: str) -> str:
-        """What is here, if it is shown: in one line, so that no name passes for another part."""
-        return " ".join(_legible(here).split()) if self._shows_here else ""
 
     def _prompt(self, asked: str, shown: Sequence[ReadExample]) -> list[Message]:
         chat = [*self._opening]
@@ -325,7 +323,7 @@ def grammar_of(verbs: Sequence[Verb], words: Iterable[str]) -> str:
         'quantity ::= [0-9]{1,6} ("." [0-9]{1,3})? (" " unit)?',
         'unit ::= part (" " part){0,2}',
         "part ::= [^ |\\n\\r\\t]{1,16}",
-        f"why ::= {' | '.join(map(_literal, REASONS))}",
+        *(f"{slot} ::= {' | '.join(map(_literal, each))}" for slot, each in CHOICES.items()),
     ]
     forms: list[str] = []
     for verb in (*verbs, *DIALOGUE_ACTS):
@@ -338,7 +336,7 @@ def grammar_of(verbs: Sequence[Verb], words: Iterable[str]) -> str:
             elif slot == "quantity":
                 parts.append('(" | " quantity)?')
             else:
-                value = "why" if slot == "why" else "words"
+                value = slot if slot in CHOICES else "words"
                 parts.append(f"({_literal(f' | {slot} ')} {value})?")
         forms.append(" ".join(parts))
     return "\n".join([f"order ::= {' | '.join(forms)}", *rules])
@@ -354,7 +352,7 @@ def schema_of(verbs: Sequence[Verb]) -> dict[str, Any]:
             **{name.rstrip("_"): text for name in PHRASES},
             "quantity": {"type": "number"},
             "unit": {"type": "string", "maxLength": 40},
-            "why": {"enum": [*REASONS]},
+            **{slot: {"enum": [*choices]} for slot, choices in CHOICES.items()},
         },
         "required": ["do"],
         "additionalProperties": False,
@@ -376,6 +374,7 @@ def _shown(before: Sequence[ReadExample]) -> list[ReadExample]:
 
 
 def _asked(message: str, question: str, here: str = "") -> str:
+    here = " ".join(here.split())  # one line, so that no name passes for another part
     told = (("Here", here), ("Asked", question))
     return "\n".join([*(f"({name}: {text})" for name, text in told if text), message])
 

@@ -14,7 +14,6 @@ from goalscope.envs.grocery.choosing import Chooser
 from goalscope.envs.grocery.dietary import Bounds, diets_of, verdict
 from goalscope.envs.grocery.diets import DIETS, diet_named, finder, folded
 from goalscope.language.orders import Order
-from goalscope.language.questions import Question
 
 _SHOWN = 10
 """Most items that an answer lists."""
@@ -52,25 +51,25 @@ class ShopAnswers:
     total: Decimal
     bounds: Bounds
 
-    def to(self, question: Question) -> str:
+    def to(self, question: Order, said: str) -> str:
         """The facts about a thing, such as its price and labels; by default, about the basket."""
         about = " ".join(word for word in singulars(question.what) if word not in _WHOLE)
-        mentioned = self.chooser.mentions(question.said)[:_MENTIONS]
-        said = " ".join(folded(question.said))
+        mentioned = self.chooser.mentions(said)[:_MENTIONS]
+        said = " ".join(folded(said))
         claimed = None if about else _CLAIMED.search(said)
         if self.basket and (diet := diet_named(claimed[0] if claimed else about)):
             return self.bounds.told(diet, self.basket)
-        if question.kind in ("any", "count", "enough"):
+        if question.about in ("any", "count", "enough"):
             avoided = _AVOIDED.search(said)
             about = about or (avoided[0] if avoided else " ".join(mentioned[:1]))
-            if about or question.kind != "any":
+            if about or question.about != "any":
                 facts = self._facts(about) if about else ""
                 return self._amount(question, about) or f"{_lacking(about)} {facts}".strip()
         if about:
             asked = (question.what, *(e for e in mentioned if not names(question.what, e)))
             return "\n".join(map(self._facts, asked))
         told = self._cost()
-        if question.kind == "total":
+        if question.about == "total":
             return told
         held = f"holds {self._counted(self.basket)}" if self.basket else "is empty"
         parts = (f"The basket {held}.", told, self.bounds.unknown(self.basket))
@@ -90,10 +89,10 @@ class ShopAnswers:
             "you named."
         )
 
-    def _amount(self, question: Question, about: str) -> str:
+    def _amount(self, question: Order, about: str) -> str:
         """Whether there is any of a thing, how many, or for how many it will do; "" for none."""
         held = self.chooser.held(about, [*self.basket]) if about else [*self.basket]
-        match question.kind:
+        match question.about:
             case "enough":
                 return self._servings(held)
             case "count":

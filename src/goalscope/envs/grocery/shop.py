@@ -21,7 +21,6 @@ from goalscope.envs.grocery.search import Search
 from goalscope.envs.scenarios import Scenario, shipped_scenarios
 from goalscope.language.dialogue_state import DialogueState, exceptions
 from goalscope.language.orders import Order, Verb, with_examples
-from goalscope.language.questions import Question
 
 NAMES = (envs.SEARCH, "add item", "remove item", "buy basket")
 """What can be done here."""
@@ -370,11 +369,11 @@ class GroceryShop(Proactive):
         """See `Proactive.like`."""
         return shipped_scenarios("grocery")(text, most)
 
-    def answer(self, question: Question, dialogue: DialogueState, pick: Pick) -> str:
+    def answer(self, question: Order, said: str, dialogue: DialogueState, pick: Pick) -> str:
         """The facts about a thing, such as its price and labels; by default, about the basket."""
         bounds = bounds_of(dialogue, self.catalogue)
         answers = ShopAnswers(self.catalogue, self._chooser, self._basket, self.total, bounds)
-        return answers.to(question)
+        return answers.to(question, said)
 
     def step(self, action: Action) -> StepResult:
         """Take one action. An impossible one changes nothing and says why."""

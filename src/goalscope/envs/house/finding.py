@@ -13,7 +13,6 @@ from goalscope.envs.house.simulator.state import is_whole
 from goalscope.envs.house.view import ENDED, STATES, View, are, called, the
 from goalscope.language.dialogue_state import DialogueState, exceptions
 from goalscope.language.orders import Order
-from goalscope.language.questions import Question
 
 EVERYTHING = "everything"
 """What names all that is here."""
@@ -161,7 +160,7 @@ class Finder:
         return replace(found, things=tuple(things), there=False)
 
 
-def facts_of(finder: Finder, question: Question) -> str:
+def facts_of(finder: Finder, question: Order) -> str:
     """One sentence for each thing that is meant, with its place and state; at most six."""
     what, where = question.what, question.where
     found = finder.find(what or where, where if what else "")
@@ -170,7 +169,7 @@ def facts_of(finder: Finder, question: Question) -> str:
     things = [*gone, *remains(view, found.things)]
     if not things:
         return f"There is no {what or where:.60} here."
-    told = [f"{len(things)} in all."] * (question.kind == "count")
+    told = [f"{len(things)} in all."] * (question.about == "count")
     told += [_fact(view, own) for own in things[:_TOLD]]
     if len(things) > _TOLD:
         told.append(f"There are {len(things) - _TOLD} more.")

@@ -34,7 +34,6 @@ from goalscope.envs.scenarios import Scenario, shipped_scenarios
 from goalscope.language.dialogue_state import DialogueState, exceptions
 from goalscope.language.matcher import Matcher
 from goalscope.language.orders import Order, Verb, orders_from_text, with_examples
-from goalscope.language.questions import Question
 from goalscope.models.embedding import embedded
 
 SAME_PLACE = 0.01
@@ -317,9 +316,9 @@ class HomeRobot(Proactive):
             return StepResult(action, True, f"{told}; this cannot be undone.", irreversible=True)
         return StepResult(action, True, f"{told}.")
 
-    def answer(self, question: Question, dialogue: DialogueState, pick: Pick) -> str:
+    def answer(self, question: Order, said: str, dialogue: DialogueState, pick: Pick) -> str:
         """Where the things asked about are, and in what state; without a name, the status."""
-        if question.kind in ("total", "enough"):
+        if question.about in ("total", "enough"):
             return ""
         if not (question.what or question.where):
             return self._status()
