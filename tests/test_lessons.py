@@ -131,7 +131,7 @@ def judged(made: list[Lesson]) -> list[tuple[str, str]]:
 
 @pytest.mark.parametrize("domain", ["grocery", "house"])
 def test_judgements_never_call_needed_what_is_unwanted_nor_the_reverse(domain: str) -> None:
-    found = [*shipped_scenarios(domain).scenarios[:120]]
+    found = [*shipped_scenarios(domain).things[:120]]
     by_aim = {each.aim: each for each in found}
     labels = set[str]()
     made = lessons_of(found, WordModel(), LANGUAGES, known=found)
@@ -151,7 +151,7 @@ def test_judgements_never_call_needed_what_is_unwanted_nor_the_reverse(domain: s
 
 
 def test_a_scenario_never_lies_in_its_own_prompt() -> None:
-    found = [*shipped_scenarios("grocery").scenarios[:60]]
+    found = [*shipped_scenarios("grocery").things[:60]]
     made = lessons_of(found, WordModel(), LANGUAGES, known=found)
     shown = 0
     for number, each in enumerate(found):

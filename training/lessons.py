@@ -17,13 +17,14 @@ from corpus import Entry, Talk
 from goalscope.agent.writer import JUDGEMENTS, NOTHING
 from goalscope.base.nouns import singulars
 from goalscope.base.types import Message
-from goalscope.envs.scenarios import Nearest, Scenario
+from goalscope.envs.scenarios import Scenario
 from goalscope.experiment.reading_scores import Language, Line
 from goalscope.language.amounts import figures
 from goalscope.language.dialogue_state import acting
 from goalscope.language.orders import speaks, words_of
 from goalscope.language.reader import Reader, ReadExample
 from goalscope.models import Generator
+from goalscope.models.nearest import Nearest
 from goalscope.prompts import render
 
 RENAMED = 0.4
@@ -100,25 +101,26 @@ def _talk_lessons(talk: Talk, task: str, draw: random.Random) -> list[Lesson]:
 def _need_lessons(scenarios: Sequence[Scenario], known: Sequence[Scenario]) -> list[Draw]:
     """Lessons on what aims need, with the nearest scenarios in the prompt."""
     found: list[Draw] = []
-    nearest: dict[str, Nearest] = {}
+    nearest: dict[str, Nearest[Scenario]] = {}
     things: dict[str, list[str]] = {}
     for each in scenarios:
         if each.domain not in nearest:
-            near = Nearest([other for other in known if other.domain == each.domain])
+            same = [other for other in known if other.domain == each.domain]
+            near = Nearest(same, lambda other: other.texts)
             nearest[each.domain] = near
             things[each.domain] = sorted(
-                {thing for other in near.scenarios for thing in other.needed + other.nice}
+                {thing for other in near.things for thing in other.needed + other.nice}
             )
         found.append(partial(_need_lesson, each, nearest[each.domain], things[each.domain]))
     return found
 
 
 def _need_lesson(
-    each: Scenario, nearest: Nearest, things: Sequence[str], draw: random.Random
+    each: Scenario, nearest: Nearest[Scenario], things: Sequence[str], draw: random.Random
 ) -> list[Lesson]:
     said = draw.choice(each.said) if each.said and draw.random() < 0.8 else ""
     aim = each.aim if not said or draw.random() < 0.75 else ""
-    like = nearest(f"{said} {aim}".strip(), _LIKE, without=each.id)
+    like = nearest(f"{said} {aim}".strip(), _LIKE, without=each)
     if draw.random() < 0.1:
         like = []
     told = {"aim": aim, "said": said, "like": like, "room": each.room}

@@ -144,11 +144,13 @@ class Example:
         message: What a person says.
         orders: Its orders in canonical English (see `orders_to_text`).
         question: What they had been asked.
+        here: What the agent saw; see `Reader.read`.
     """
 
     message: str
     orders: str
     question: str = ""
+    here: str = ""
 
 
 @dataclass(frozen=True, slots=True)
@@ -318,9 +320,8 @@ def _order(line: str, known: dict[str, Verb]) -> Order:
 def with_examples(verbs: tuple[Verb, ...], package: str) -> tuple[Verb, ...]:
     """The verbs with the examples of a package's `data/examples.toml`."""
     source = files(package) / "data" / "examples.toml"
-    rows = read_table(source)["example"]
-    examples = (Example(row["message"], row["orders"], row.get("question", "")) for row in rows)
-    return replace(verbs[0], examples=tuple(examples)), *verbs[1:]
+    examples = tuple(Example(**row) for row in read_table(source)["example"])
+    return replace(verbs[0], examples=examples), *verbs[1:]
 
 
 def examples_of(verbs: Iterable[Verb]) -> list[Example]:

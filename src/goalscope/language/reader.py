@@ -47,6 +47,7 @@ from goalscope.language.orders import (
     words_of,
 )
 from goalscope.models import Generator, Roles
+from goalscope.models.nearest import Nearest
 from goalscope.prompts import render
 
 Form = Literal["text", "json"]
@@ -54,6 +55,7 @@ Form = Literal["text", "json"]
 MOST_ORDERS = 24
 """Largest number of orders in a reading."""
 
+_FIXED, _NEAREST = 13, 6  # examples in every prompt, and for one message
 _WINDOW = 9  # earlier messages that the prompt holds, for what the newest one refers to
 _MOST_TOKENS = 320  # of a reading
 _LONGEST_NAME = 12  # words of a thing
@@ -76,11 +78,13 @@ class ReadExample:
         question: What the agent had asked; "" if that does not matter.
         message: What the person said.
         orders: The orders that were read.
+        here: What the agent saw; "" if that does not matter.
     """
 
     question: str
     message: str
     orders: tuple[Order, ...]
+    here: str = ""
 
 
 class Reader:
@@ -90,7 +94,9 @@ class Reader:
         model: Writes the readings.
         verbs: The domain's own verbs.
         task: The agent and its task, for a model that was not taught to read.
-        examples: Few-shot examples for such a model.
+        examples: Few-shot examples for such a model. It is shown the first ones with each message,
+            and those of the rest that are nearest to it (Liu et al., 2022: "What Makes Good
+            In-Context Examples for GPT-3?").
         taught: Whether the model has an adapter that was fitted on reading. The prompt then only
             names the verbs.
         form: Canonical English ("text") or JSON. A model that takes no grammar always writes JSON.
@@ -120,10 +126,14 @@ class Reader:
             self._opening = render(
                 "read_untaught", verbs=self.verbs, about=ABOUT, task=task, form=self.form
             )
-        self._examples = [
-            ReadExample(each.question, each.message, orders_from_text(each.orders, verbs))
+        known = [
+            ReadExample(
+                each.question, each.message, orders_from_text(each.orders, verbs), each.here
+            )
             for each in (() if taught else examples)
         ]
+        self._examples = known[:_FIXED]
+        self._nearest = Nearest(known[_FIXED:], lambda each: (each.message,))
 
     def read(
         self,
@@ -149,8 +159,8 @@ class Reader:
         typed = plain(checked_text(message, "utterance"))
         message = figures(typed)
         question = _legible(question)
-        before = _shown(before)
-        shown = [*self._examples, *before]
+        before = _newest(before)
+        shown = [*self._shown(message), *before]
         line = here = _legible(here)
         prompt = self._prompt(_asked(message, question, line), shown)
         most = self.model.context_size - _MOST_TOKENS
@@ -202,12 +212,16 @@ class Reader:
     ) -> list[Message]:
         """The chat that the model answers with the reading of `message`."""
         asked = _asked(_legible(message), _legible(question), _legible(here))
-        return self._prompt(asked, [*self._examples, *_shown(before)])
+        return self._prompt(asked, [*self._shown(_legible(message)), *_newest(before)])
+
+    def _shown(self, message: str) -> list[ReadExample]:
+        """The examples for a message, the nearest last."""
+        return [*self._examples, *reversed(self._nearest(message, _NEAREST))]
 
     def _prompt(self, asked: str, shown: Sequence[ReadExample]) -> list[Message]:
         chat = [*self._opening]
         for each in shown:
-            chat.append(Message("user", _asked(each.message, each.question)))
+            chat.append(Message("user", _asked(each.message, each.question, each.here)))
             chat.append(Message("assistant", self.written(each.orders)))
         return [*chat, Message("user", asked)]
 
@@ -365,7 +379,7 @@ def _legible(text: str) -> str:
     return figures(plain(text))
 
 
-def _shown(before: Sequence[ReadExample]) -> list[ReadExample]:
+def _newest(before: Sequence[ReadExample]) -> list[ReadExample]:
     """The newest of the earlier messages, legible."""
     return [
         ReadExample(_legible(each.question), _legible(each.message), each.orders)
