@@ -318,6 +318,8 @@ ANSWERS = [
      " table."),
     ("ask lettuce | where fridge", "The lettuce is cold and in the fridge."),
     ("ask drawer 1", "Drawer 1 is closed; in it: the spatula."),
+    ("ask anything open | about any", "Nothing is open here."),
+    ("ask dirty | about any", "Mug 1 is dirty, empty and on the dining table."),
     ("ask", "The robot's hand is empty. Nothing has been changed yet."),
 ]  # fmt: skip
 

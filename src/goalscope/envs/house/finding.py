@@ -21,6 +21,7 @@ _ADJECTIVES = (
     ("open", "openable", "isOpen", True),
     ("closed", "openable", "isOpen", False),
     ("lit", "toggleable", "isToggled", True),
+    ("on", "toggleable", "isToggled", True),
     ("unlit", "toggleable", "isToggled", False),
     ("dirty", "dirtyable", "isDirty", True),
     ("clean", "dirtyable", "isDirty", False),
@@ -32,6 +33,9 @@ _ADJECTIVES = (
     ("cold", "pickupable", "temperature", "Cold"),
 )
 """For each adjective: the affordance that it needs, the state, and its value."""
+
+_ANYTHING = frozenset({"anything", "everything", "something", "thing", "still", "left", "else"})
+"""Words that with an adjective mean all things in that state."""
 
 _TOLD = 6
 """Things that an answer tells of at most."""
@@ -96,9 +100,14 @@ class Finder:
             return self._near(Found(numbered), where)
         if said.casefold() == EVERYTHING:
             return self._near(Found(tuple(self.view.table), every=True), where)
+        table = self.view.table
+        rest = {*singulars(said)} - _ANYTHING
+        if state := next((each for each in _ADJECTIVES if rest == {each[0]}), None):
+            _, needs, key, value = state
+            things = [own for own in table if table[own][needs] and table[own][key] == value]
+            return self._near(Found(tuple(things), every=True, name=state[0]), where)
         name = self.pick(said, list(self.kinds))
         kinds = self.kinds.get(name, ())
-        table = self.view.table
         things = [own for kind in kinds for own in table if table[own]["objectType"] == kind]
         things = self._described(said, name, things)
         return self._near(Found(tuple(things), _is_every(said, name), name=name), where)
@@ -168,7 +177,8 @@ def facts_of(finder: Finder, question: Order) -> str:
     gone = [own for own in found.things if not is_whole(view.table[own])]
     things = [*gone, *remains(view, found.things)]
     if not things:
-        return f"There is no {what or where:.60} here."
+        none = "Nothing is" if found.name and not found.things else "There is no"
+        return f"{none} {found.name or what or where:.60} here."
     told = [f"{len(things)} in all."] * (question.about == "count")
     told += [_fact(view, own) for own in things[:_TOLD]]
     if len(things) > _TOLD:
