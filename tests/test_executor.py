@@ -1,6 +1,7 @@
 """What waits for a yes, what a yes releases, and what undo takes back, in a room with a lamp."""
 
 from dataclasses import replace
+from pathlib import Path
 
 import pytest
 
@@ -15,6 +16,9 @@ from goalscope.base.types import (
 from goalscope.envs import Resolution
 from goalscope.language.orders import Order
 from lamps import REPLIES, ROOM, agent_in
+
+CORPUS = Path(__file__).parents[1] / "corpus" / "yes"
+BUY = [Order("buy")]
 
 
 def test_what_lasts_waits_for_a_yes_to_exactly_that_question_in_that_state() -> None:
@@ -93,11 +97,31 @@ def test_words_of_agreement_that_were_read_as_a_yes_confirm_what_lasts(words: st
         "yes if it is ugly", "yes but not the vase", "I don't think so", "yes \N{THUMBS DOWN SIGN}",
         "do not do it", "sure, go ahead and", "yes/no", "you sure", "I'm fine", "yes to the lamp",
         "yes the lamp", "yes tomorrow", "ye\u0301s", "hmm", "maybe", "yes, smash the vase and go",
-        "oui", "y", "", "!", "yes, vase smash lamp", "ok not", "n\u200bo yes", "yes, one of them",
+        "oui", "", "!", "yes, vase smash lamp", "ok not", "n\u200bo yes", "yes, one of them",
     ],
 )  # fmt: skip
 def test_nothing_else_confirms_what_lasts_however_it_is_read(words: str) -> None:
     assert not agrees(words, [Order("smash", "vase")], [Action("smash", "vase")])
+
+
+def replies(name: str) -> list[str]:
+    return (CORPUS / name).read_text(encoding="utf-8").splitlines()
+
+
+@pytest.mark.parametrize("name", ["dev_no.txt", "test_no.txt"])
+def test_of_replies_that_do_not_agree_none_is_taken_for_a_yes(name: str) -> None:
+    told = replies(name)
+    assert len(told) >= 40
+    assert [each for each in told if agrees(each, BUY, [])] == []
+
+
+def test_most_replies_that_agree_are_taken_for_a_yes(figure) -> None:
+    taken = {}
+    for name in ("test_yes.txt", "dev_yes.txt"):
+        told = replies(name)
+        taken[name] = sum(agrees(each, BUY, []) for each in told) / len(told)
+    figure(", ".join(f"{share:.1%} of {name}" for name, share in taken.items()))
+    assert taken["test_yes.txt"] > 0.9
 
 
 def test_of_several_things_a_yes_names_none() -> None:
@@ -179,12 +203,12 @@ def test_what_lasts_waits_for_the_word_whatever_else_it_waits_for(before: str, o
 )  # fmt: skip
 def test_what_a_question_waits_for_does_not_depend_on_its_wording(said, order, awaits) -> None:
     env = LampRoom(["vase", "lamp"])
-    model = WordModel(REPLIES, reads={"he gets hives": order, "go on": "yes"})
+    model = WordModel(REPLIES, reads={"he gets hives": order, "hm, so be it": "yes"})
     agent = agent_in(env, model=model)
     round = agent.step("", said or order)
     assert round.awaits == awaits
     agent.rounds[-1] = replace(round, question="Worded otherwise by an older version?")
-    agent.step("", "go on")
+    agent.step("", "hm, so be it")
     assert env.smashed == []
     assert env.on == (["lamp"] if awaits in ("", "yes") else [])
 

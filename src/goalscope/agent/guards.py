@@ -42,21 +42,39 @@ _HINT = re.compile(r"\bthroat\b|hospital", re.IGNORECASE)
 """Words that may be about harm, or only about a cold or a visit: they are asked about once."""
 
 _AGREES = """
-yes, yep, yeah, yup, yea, aye, sure, ok, okay, k, alright, all right, fine, agreed, correct,
-exactly, confirm, confirmed, i confirm, i agree, i do, i'm sure, i am sure, im sure, absolutely,
-certainly, definitely, of course, by all means, affirmative, proceed, go ahead, go for it, do it,
-do that, do this, do so, please do, let's do it, sounds good, looks good, that's fine, that's right,
-that's correct, that is fine, that is right, that is correct, \N{THUMBS UP SIGN}
+yes, yep, yeah, yup, yea, ye, yeh, yh, ya, yah, yas, y, yessir, yes sir, aye, uh huh, mhm, mm hm,
+si, sure, surely, for sure, sure thing, ok, okay, oki, okey dokey, okie dokie, k, alright,
+all right, fine, agreed, correct, exactly, confirm, confirmed, accept, accepted, approved,
+granted, absolutely, certainly, definitely, defo, totally, obviously, naturally, of course,
+ofcourse, ofc, by all means, with pleasure, affirmative, roger, righto, right you are, proceed,
+continue, carry on, crack on, go on, go ahead, go right ahead, go for it, fire away, have at it,
+do it, do that, do this, do so, please do, let's do it, let's go, lets go, let's go for it,
+make it so, be my guest, you bet, you betcha, you may, you can, you can do it,
+you have my approval, you have my permission, you got it, sounds good, sounds great, sounds right,
+sounds fine, sounds perfect, sounds like a plan, looks good, looks great, looks right, looks fine,
+all good, is good, is fine, is right, that's fine, that's right, that's correct, that is fine,
+that is right, that is correct, that's the one, that works, that will do, that'll do, very well,
+works for me, suits me, spot on, no problem, not a problem, no worries, no objection,
+no objections, \N{THUMBS UP SIGN}, \N{OK HAND SIGN}, \N{WHITE HEAVY CHECK MARK},
+\N{HUNDRED POINTS SYMBOL}, i agree, i accept, i confirm, i approve, i do, i can confirm, i'm sure,
+im sure, i am sure, happy with that, i'm okay, i am okay, i'm ok, i am ok, i'm game, i'm down,
+im down
 """
 """What agrees by itself. "Right", "good", "please" and "thanks" may as well end the matter."""
 
 _BESIDE = """
-please, thanks, thank you, it, that, this, them, the, then, now, right, right now, right away, go,
-great, good, perfect, i said, :)
+please, pls, plz, kindly, thanks, thank you, thx, ty, ta, cheers, many, very much, so much, it,
+all, that, this, them, the, then, now, right now, right away, go, great, good, lovely, perfect,
+cool, brilliant, quite, fully, indeed, that's, to proceed, with it, with that, with this, as is,
+by me, to me, with me, for me, from me, i said, oh, ah, hell, heck, dear, my dear, love, mate,
+man, bro, boss, pal, bud, friend, my friend, sir, madam, robot, :), \N{SLIGHTLY SMILING FACE},
+\N{SMILING FACE WITH SMILING EYES}, \N{PERSON WITH FOLDED HANDS}
 """
 """What may stand beside it: nothing that doubts, denies, chooses, delays or sets a condition."""
 
 _MARKS = ".,!;'\"*-"
+_WORD = re.compile(r"[\s-]+|(?<=\w)[.,!;](?=\w)")
+_DRAWN = re.compile(r"(\w)\1+$")
 
 
 def speaks_of_harm(utterance: str, reading: Reading) -> bool:
@@ -106,9 +124,9 @@ def agrees(utterance: str, waiting: Sequence[Order], listed: Sequence[Action]) -
 
 
 def _phrases(texts: Iterable[str]) -> list[list[str]]:
-    """The words of each text in the singular, and nothing left out but marks around them."""
-    words = ((each.strip(_MARKS) for each in text.casefold().split()) for text in texts)
-    return [[singular(each) for each in text if each] for text in words]
+    """The words of each text in the singular, not drawn out, without marks around them."""
+    words = ((each.strip(_MARKS) for each in _WORD.split(text.casefold())) for text in texts)
+    return [[singular(_DRAWN.sub(r"\1", each)) for each in text if each] for text in words]
 
 
 def is_wary(said: Iterable[tuple[str, Reading]]) -> bool:
