@@ -28,7 +28,7 @@ if TYPE_CHECKING:
     """An episode, and what was made of the start, where the domain has a score."""
 
 BAR = 20
-SHOWN = 8
+SHOWN = 4
 LEAST_CHANGE = 0.01  # chance of a change of mind
 FIRST_WORDS = 22  # cells that they get before columns that are of less use
 

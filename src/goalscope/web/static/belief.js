@@ -2,8 +2,7 @@
 
 import { arrange, calm, freshId, h, message, nameOf, percent, setText, unseen } from "./dom.js";
 
-const SHOWN = 5;
-const SMALL = 0.02;
+const SHOWN = 4;
 const NOTABLE = 0.005;
 const MOVE = { duration: 450, easing: "cubic-bezier(.2,.7,.2,1)" };
 
@@ -66,16 +65,12 @@ export class Bars {
   }
 
   #list(goals) {
-    const rest = goals.slice(SHOWN).filter((goal) => this.#isMinor(goal));
+    const rest = goals.slice(SHOWN).filter((goal) => goal.text !== this.open);
     const hidden = this.all ? [] : rest;
     const visible = goals.filter((goal) => !hidden.includes(goal));
     arrange(this.list, visible.map((goal) => this.rows.get(goal.text).element));
     this.more.hidden = rest.length === 0;
-    setText(this.more, this.all ? "Show fewer" : `Show ${rest.length} more below 2\u00a0%`);
-  }
-
-  #isMinor(goal) {
-    return goal.probability < SMALL && !goal.unspecified && goal.text !== this.open;
+    setText(this.more, this.all ? "Show fewer" : `Show ${rest.length} more`);
   }
 
   #legend(belief, goals) {
