@@ -1,17 +1,20 @@
 """Guards on what was read: against harm, misreadings, conditions and irreversible actions.
 
-The only English in them are two short lists: stems of words of harm, and words of agreement.
+The only English in them are short lists: stems of words of harm, words of agreement, and words
+that except something.
 """
 
 from __future__ import annotations
 
 import re
 from collections.abc import Iterable, Sequence
+from dataclasses import replace
 from typing import Literal
 
 from goalscope.base.nouns import singular, singulars
 from goalscope.base.text import plain
 from goalscope.base.types import Action
+from goalscope.language.amounts import figures
 from goalscope.language.dialogue_state import GRAVE
 from goalscope.language.orders import Order, Reading
 
@@ -40,6 +43,19 @@ _HARM = re.compile(
 )
 _HINT = re.compile(r"\bthroat\b|hospital", re.IGNORECASE)
 """Words that may be about harm, or only about a cold or a visit: they are asked about once."""
+
+_RANGE = re.compile(r" 1-\d+(?!\w)")
+"""Ends what `State.here` shows of things that are told apart by numbers: "egg 1-3"."""
+
+_NUMBERS = r" (\d+(?:(?:,|,? and) \d+)*)(?![\w:-]|[.,]\d| (?:to|or) \d| [a-z]{3,}s\b)"
+"""Numbers behind a noun that are no amount of something else: "3", "1, 2 and 4"."""
+
+_EXCEPTS = re.compile(
+    r"\bexcept(?:ing|s)?\b|(?<!\w)'?cept\b|\bexcluding\b|\b(?:apart|aside) from\b|\bother than\b"
+    r"|\b(?:all|any\w*|every\w*) (?:but|bar)\b|\bbut (?:not|keep|leave|without)\b",
+    re.IGNORECASE,
+)
+"""Words that except something from what is said."""
 
 _AGREES = """
 yes, yep, yeah, yup, yea, ye, yeh, yh, ya, yah, yas, y, yessir, yes sir, aye, uh huh, mhm, mm hm,
@@ -83,6 +99,55 @@ def speaks_of_harm(utterance: str, reading: Reading) -> bool:
     return not _is_grave(reading) and bool(_HARM.search(said) or _HINT.search(said))
 
 
+def misses_an_exception(utterance: str, order: Order, reading: Reading) -> bool:
+    """Whether an exception was said that the reading lacks, or "not" was said of the very thing."""
+    said, thing = plain(utterance), re.escape(order.what)
+    spared = any(each.but or each.do == "leave" for each in reading.orders)
+    denied = thing and re.search(rf"\bnot (?:the |my |any )?{thing}\b", said, re.IGNORECASE)
+    return bool(denied or (_EXCEPTS.search(said) and not spared))
+
+
+def by_number(reading: Reading, utterance: str, here: str) -> Reading:
+    """A reading with an order for each numbered thing, however its number was read.
+
+    "Crack egg 3" names one egg, "crack eggs 3" three of them. Where `State.here` has no such things
+    the reading stays as it is.
+    """
+    if not _RANGE.search(here):
+        return reading
+    said = figures(plain(utterance))
+    margins = reading.margins or [0.0] * len(reading.orders)
+    named = {
+        order: margin
+        for read, margin in zip(reading.orders, margins, strict=True)
+        for order in _numbered(read, said)
+    }
+    sure = None if reading.margins is None else tuple(named.values())
+    return replace(reading, orders=tuple(named), margins=sure)
+
+
+def _numbered(order: Order, said: str) -> list[Order]:
+    """The order, or one for each of the things whose numbers stand behind its thing."""
+
+    def named(phrase: str) -> list[str]:
+        noun = re.sub(r"(?:,| and)?(?: |^)\d+", "", phrase)
+        groups = re.findall(rf"\b{re.escape(noun)}{_NUMBERS}", said, re.IGNORECASE) if noun else []
+        own = {*re.findall(r"\d+", f"{phrase} {order.where} {order.quantity or 0:g}")}
+        numbers = [re.findall(r"\d+", group) for group in dict.fromkeys(groups)]
+        numbers = [each for each in numbers if own & {*each}] or numbers
+        kind = " ".join(singulars(noun))
+        if len(numbers) != 1 or (kind != noun.casefold() and len(numbers[0]) == 1):
+            return []
+        return [f"{kind} {number}" for number in numbers[0]]
+
+    places = named(order.where)
+    order = replace(order, where=places[0]) if len(places) == 1 else order
+    if order.unit or not (things := named(order.what)):
+        return [order]
+    where = "" if re.fullmatch(r"(?:\d+|,|and| )+", order.where) else order.where
+    return [replace(order, what=each, quantity=None, where=where) for each in things]
+
+
 def _is_grave(reading: Reading) -> bool:
     return any(
         each.do in ("avoid", "only") and each.what and each.why in GRAVE for each in reading.orders
@@ -107,7 +172,7 @@ def agrees(utterance: str, waiting: Sequence[Order], listed: Sequence[Action]) -
     """
     own: list[str] = []
     if len(waiting) == 1:
-        here = {word for act in listed for word in singulars(f"{act.target} {act.destination}")}
+        here = {word for act in listed for word in singulars(" ".join(act.things))}
         is_here = here.issuperset(thing := singulars(waiting[0].what))
         own = " ".join((waiting[0].do, *(act.name for act in listed))).split()
         own += [" ".join(thing)] if is_here else []
