@@ -134,6 +134,7 @@ def test_all_things_are_listed_if_one_of_them_was_not_named() -> None:
     [
         ("crack egg 3", "break egg | 3", "break egg 3"),
         ("Turn on burner 3.", "turn on burner | where 3", "turn on burner 3"),
+        ("turn on burner three", "turn on burner | where three", "turn on burner 3"),
         ("open cupboard 2", "open cupboard | 2", "open cupboard 2"),
         ("put egg 2 on counter 1", "put egg | where counter", "put egg 2 | where counter 1"),
         ("wash mug 1, then mug 2", "clean mug | 1\nclean mug | 2", "clean mug 1\nclean mug 2"),
@@ -163,6 +164,9 @@ def test_where_no_things_are_numbered_a_number_is_an_amount() -> None:
         ("all but the lamp off", "turn off lamp", True),
         ("Add milk and eggs, no wait, not the eggs.", "add eggs", True),
         ("Add milk and eggs, no wait, not the eggs.", "add milk", False),
+        ("apples, pears and plums - actually, scratch the pears", "add pears", True),
+        ("scratch the pears", "add pears", False),
+        ("bread, and don't forget the milk", "add milk", False),
         ("close the lot, but leave the fridge", "close everything\nleave fridge", False),
         ("I accept, close the fridge", "close fridge", False),
         ("not now. close the fridge", "close fridge", False),

@@ -14,7 +14,7 @@ from typing import Literal
 from goalscope.base.nouns import singular, singulars
 from goalscope.base.text import plain
 from goalscope.base.types import Action
-from goalscope.language.amounts import figures
+from goalscope.language.amounts import figures, word_value
 from goalscope.language.dialogue_state import GRAVE
 from goalscope.language.orders import Order, Reading
 
@@ -56,6 +56,12 @@ _EXCEPTS = re.compile(
     re.IGNORECASE,
 )
 """Words that except something from what is said."""
+
+_DENIES = (
+    r"\bnot (?:the |my |any )?{thing}\b"
+    r"|\b{thing}\b.*\b(?:no|forget|scratch|scrap|skip|drop) (?:the |my |any )?{thing}\b"
+)
+"""What is said of a thing to take it back; many of the words also order to remove it."""
 
 _AGREES = """
 yes, yep, yeah, yup, yea, ye, yeh, yh, ya, yah, yas, y, yessir, yes sir, aye, uh huh, mhm, mm hm,
@@ -100,10 +106,10 @@ def speaks_of_harm(utterance: str, reading: Reading) -> bool:
 
 
 def misses_an_exception(utterance: str, order: Order, reading: Reading) -> bool:
-    """Whether an exception was said that the reading lacks, or "not" was said of the very thing."""
+    """Whether an exception was said that the reading lacks, or the very thing was taken back."""
     said, thing = plain(utterance), re.escape(order.what)
     spared = any(each.but or each.do == "leave" for each in reading.orders)
-    denied = thing and re.search(rf"\bnot (?:the |my |any )?{thing}\b", said, re.IGNORECASE)
+    denied = re.search(_DENIES.format(thing=thing), said, re.IGNORECASE) if thing else None
     return bool(denied or (_EXCEPTS.search(said) and not spared))
 
 
@@ -115,7 +121,7 @@ def by_number(reading: Reading, utterance: str, here: str) -> Reading:
     """
     if not _RANGE.search(here):
         return reading
-    said = figures(plain(utterance))
+    said = _in_figures(figures(plain(utterance)))
     margins = reading.margins or [0.0] * len(reading.orders)
     named = {
         order: margin
@@ -124,6 +130,16 @@ def by_number(reading: Reading, utterance: str, here: str) -> Reading:
     }
     sure = None if reading.margins is None else tuple(named.values())
     return replace(reading, orders=tuple(named), margins=sure)
+
+
+def _in_figures(text: str) -> str:
+    """A text with each number word in figures, but for "one", which may stand for a thing."""
+
+    def figure(word: str) -> str:
+        number = word_value(word)
+        return str(number) if number and number > 1 else word
+
+    return re.sub(r"[a-z]+", lambda found: figure(found[0]), text.casefold())
 
 
 def _numbered(order: Order, said: str) -> list[Order]:
@@ -144,7 +160,7 @@ def _numbered(order: Order, said: str) -> list[Order]:
     order = replace(order, where=places[0]) if len(places) == 1 else order
     if order.unit or not (things := named(order.what)):
         return [order]
-    where = "" if re.fullmatch(r"(?:\d+|,|and| )+", order.where) else order.where
+    where = "" if re.fullmatch(r"(?:\d+|,|and| )+", _in_figures(order.where)) else order.where
     return [replace(order, what=each, quantity=None, where=where) for each in things]
 
 
