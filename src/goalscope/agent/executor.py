@@ -287,13 +287,7 @@ class Executor:
             done.offer = f"You had asked for {things}, too. Shall I {away} that?"
 
     def _follow(self, order: Order, done: Execution, wanted: Collection[str]) -> None:
-        """Do one order, or hold it where it needs a yes.
-
-        Args:
-            order: The order.
-            done: Records what is done.
-            wanted: See `_asked_for`.
-        """
+        """Do one order, or hold it where it needs a yes; `wanted` is what `_asked_for` gives."""
         by_verb = order.do in self._verbs
         if not (by_verb or order.do in LIMITS) or (done.harm and by_verb):
             return

@@ -47,8 +47,8 @@ _HINT = re.compile(r"\bthroat\b|hospital", re.IGNORECASE)
 _RANGE = re.compile(r" 1-\d+(?!\w)")
 """Ends what `State.here` shows of things that are told apart by numbers: "egg 1-3"."""
 
-_NUMBERS = r" (\d+(?:(?:,|,? and) \d+)*)(?![\w:-]|[.,]\d| (?:to|or) \d| [a-z]{3,}s\b)"
-"""Numbers behind a noun that are no amount of something else: "3", "1, 2 and 4"."""
+_NUMBER = r" (\d+)(?![\w:-]|[.,]\d| (?:to|or) \d| [a-z]{3,}s\b)"
+"""A number behind a noun that is no amount of something else."""
 
 _EXCEPTS = re.compile(
     r"\bexcept(?:ing|s)?\b|(?<!\w)'?cept\b|\bexcluding\b|\b(?:apart|aside) from\b|\bother than\b"
@@ -114,54 +114,34 @@ def misses_an_exception(utterance: str, order: Order, reading: Reading) -> bool:
 
 
 def by_number(reading: Reading, utterance: str, here: str) -> Reading:
-    """A reading with an order for each numbered thing, however its number was read.
-
-    "Crack egg 3" names one egg, "crack eggs 3" three of them. Where `State.here` has no such things
-    the reading stays as it is.
-    """
+    """A reading in which "crack egg 3" names one egg, if `State.here` has things with numbers."""
     if not _RANGE.search(here):
         return reading
     said = _in_figures(figures(plain(utterance)))
-    margins = reading.margins or [0.0] * len(reading.orders)
-    named = {
-        order: margin
-        for read, margin in zip(reading.orders, margins, strict=True)
-        for order in _numbered(read, said)
-    }
-    sure = None if reading.margins is None else tuple(named.values())
-    return replace(reading, orders=tuple(named), margins=sure)
+    return replace(reading, orders=tuple(_numbered(each, said) for each in reading.orders))
 
 
 def _in_figures(text: str) -> str:
-    """A text with each number word in figures, but for "one", which may stand for a thing."""
-
-    def figure(word: str) -> str:
-        number = word_value(word)
-        return str(number) if number and number > 1 else word
-
-    return re.sub(r"[a-z]+", lambda found: figure(found[0]), text.casefold())
+    """A text in lower case with each number word in figures."""
+    return re.sub(r"[a-z]{3,}", lambda found: str(word_value(found[0]) or found[0]), text.lower())
 
 
-def _numbered(order: Order, said: str) -> list[Order]:
-    """The order, or one for each of the things whose numbers stand behind its thing."""
+def _numbered(order: Order, said: str) -> Order:
+    """The order with the numbers that stand behind its thing and its place in their names."""
 
-    def named(phrase: str) -> list[str]:
-        noun = re.sub(r"(?:,| and)?(?: |^)\d+", "", phrase)
-        groups = re.findall(rf"\b{re.escape(noun)}{_NUMBERS}", said, re.IGNORECASE) if noun else []
-        own = {*re.findall(r"\d+", f"{phrase} {order.where} {order.quantity or 0:g}")}
-        numbers = [re.findall(r"\d+", group) for group in dict.fromkeys(groups)]
-        numbers = [each for each in numbers if own & {*each}] or numbers
-        kind = " ".join(singulars(noun))
-        if len(numbers) != 1 or (kind != noun.casefold() and len(numbers[0]) == 1):
-            return []
-        return [f"{kind} {number}" for number in numbers[0]]
+    def named(phrase: str) -> str:
+        noun = re.sub(r" ?\d+$", "", phrase)
+        found = {*re.findall(rf"\b{re.escape(noun)}{_NUMBER}", said)} if noun else set[str]()
+        found = found & {*own} or found
+        is_one = len(found) == 1 and singulars(noun) == noun.lower().split()
+        return f"{noun} {found.pop()}" if is_one else phrase
 
-    places = named(order.where)
-    order = replace(order, where=places[0]) if len(places) == 1 else order
-    if order.unit or not (things := named(order.what)):
-        return [order]
-    where = "" if re.fullmatch(r"(?:\d+|,|and| )+", _in_figures(order.where)) else order.where
-    return [replace(order, what=each, quantity=None, where=where) for each in things]
+    own = re.findall(r"\d+", f"{order.what} {order.where} {order.quantity or 0:g}")
+    what, where = named(order.what), named(order.where)
+    if order.unit or not what[-1:].isdigit():
+        return replace(order, where=where)
+    where = "" if _in_figures(where).isdigit() else where
+    return replace(order, what=what, quantity=None, where=where)
 
 
 def _is_grave(reading: Reading) -> bool:
