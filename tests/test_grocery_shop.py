@@ -139,6 +139,13 @@ def test_kinds_lead_to_items_and_the_nearest_fit_the_goal() -> None:
         (["add milk", "add milk | 2"], {"Whole Milk": 3}),
         (["add eggs | 2 dozen"], {"Large Eggs": 2}),
         (["add bananas | 10"], {"Bananas": 2}),
+        (["add fish and crisps"], {"Cod Fillets": 1, "Salted Potato Chips": 1}),
+        (["add salt and pepper | 2"], {"Sea Salt": 2, "Ground Black Pepper": 1}),
+        (["add salt and pepper", "remove pepper and salt"], {}),
+        (["add salt and vinegar crisps"], {"Salt and Vinegar Potato Chips": 1}),
+        (["add half and half"], {"Half-and-Half": 1}),
+        (["add red and green peppers"], {"Red Bell Peppers": 1, "Green Bell Peppers": 1}),
+        (["add mac and cheese"], {}),
         (["add tomatos"], {"Roma Tomatoes": 1}),
         (["add aubergine"], {"Eggplant": 1}),
         (["add milk | 5", "set milk | 2"], {"Whole Milk": 2}),
@@ -250,6 +257,7 @@ def test_orders_come_to_the_things_that_they_name(said: list[str], basket: dict[
         ("add cucumber | 2 kg", 'cannot tell how many Cucumber are "2 kg", so I take 1.'),
         ("buy", "There is nothing to buy: the basket is empty."),
         ("clear", "The basket is empty."),
+        ("add gin and tonic water", 'The shop has nothing called "gin".'),
     ],
 )
 def test_what_cannot_be_done_is_told_in_a_sentence(said: str, told: str) -> None:

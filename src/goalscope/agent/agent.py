@@ -12,7 +12,7 @@ import numpy as np
 
 from goalscope.agent.answers import UNKNOWN, Answers
 from goalscope.agent.executor import Execution, Executor
-from goalscope.agent.guards import UNSURE
+from goalscope.agent.guards import UNSURE, by_number
 from goalscope.agent.people import FALLBACK, OPENING, Human, ask, completes, question_of
 from goalscope.agent.planner import Outcome, Want, replay
 from goalscope.agent.round import Round, retracted
@@ -237,8 +237,9 @@ class Agent:
         The words are read once. They are evidence for the goals, which then are proposed and
         removed. Then the agent acts: it follows the orders, and where the words tell an aim it
         plans for the likeliest goals. An order waits for a yes if nobody can undo it, if its
-        reading is unsure, if it ends the task without its phrase, if it has a condition, or if an
-        allergy forbids it; the yes counts only in the state that was shown.
+        reading is unsure or may lack an exception, if it ends the task without its phrase, if it
+        has a condition, if it sweeps away several things, or if an allergy forbids it. The yes
+        counts only in the state that was shown, and only for the things that were listed.
 
         On an error the agent and its environment stay as they were. The environment is reset and
         its past replayed, so that in a simulator even an irreversible action is undone.
@@ -379,7 +380,7 @@ class Agent:
             )
         except UnreadableAnswerError as error:
             reading, unread = Reading((Order("none"),)), [str(error)]
-        return reading, unread
+        return by_number(reading, turn.utterance, self.env.state().here), unread
 
     def _observe(self, turn: Turn, reading: Reading | None) -> None:
         """Update the belief (Eq. 1); how much words count as evidence depends on what they do."""

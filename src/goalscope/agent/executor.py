@@ -14,6 +14,7 @@ from goalscope.agent.guards import (
     agrees,
     is_wary,
     is_yes,
+    misses_an_exception,
     reason_to_wait,
     speaks_of_harm,
 )
@@ -24,7 +25,7 @@ from goalscope.base.text import is_question
 from goalscope.base.types import Action, StepResult, Turn
 from goalscope.belief.belief import Belief
 from goalscope.envs import Environment, Pick, Resolution, execute, is_irreversible, resolve
-from goalscope.language.dialogue_state import LIMITS, DialogueState, acting
+from goalscope.language.dialogue_state import GRAVE, LIMITS, DialogueState, acting, lifted
 from goalscope.language.orders import Order, Reading, orders_to_text
 
 NOT_HERE = "I cannot undo anything here. Please say what is to change."
@@ -140,12 +141,11 @@ class Execution:
             return self.kept.question
         if not self.pending or self.offer:
             return self.offer
-        understood = _told(self.pending)
-        things = (name for each in self.listed for name in (each.target, each.destination))
-        named = [*dict.fromkeys(name for name in things if name.casefold() not in understood)]
-        very = f" ({', '.join(named)})" if named else ""
+        things = [*dict.fromkeys(name for each in self.listed for name in each.things)]
+        said = {phrase.casefold() for order in self.pending for phrase in order.phrases}
+        very = "" if said.issuperset(map(str.casefold, things)) else f" ({', '.join(things)})"
         why = filter(None, dict.fromkeys(self.reasons))
-        return " ".join([*why, f'I understood "{understood}"{very}.', self.end])
+        return " ".join([*why, f'I understood "{_told(self.pending)}"{very}.', self.end])
 
     @property
     def awaits(self) -> Awaited:
@@ -218,8 +218,9 @@ class Executor:
         done.dialogue = self.dialogue_state(
             rounds, reading, released=done.released, retracts=done.retracts
         )
+        wanted = _asked_for(rounds)
         for order in done.orders:
-            self._follow(order, done)
+            self._follow(order, done, wanted)
         return done
 
     def _keep_or_drop(self, last: Round, done: Execution) -> None:
@@ -280,33 +281,40 @@ class Executor:
         if asked and self._takes_away and not done.question:
             away = min(self._takes_away)
             done.pending = [Order(away, what) for what in dict.fromkeys(o.what for o in asked)]
+            found = (resolve(self._env, o, done.dialogue, self._pick) for o in done.pending)
+            done.listed = [action for each in found for action in each.actions]
             things = ", ".join(order.what for order in done.pending)
             done.offer = f"You had asked for {things}, too. Shall I {away} that?"
 
-    def _follow(self, order: Order, done: Execution) -> None:
-        """Do one order, or hold it where it needs a yes."""
+    def _follow(self, order: Order, done: Execution, wanted: Collection[str]) -> None:
+        """Do one order, or hold it where it needs a yes; `wanted` is what `_asked_for` gives."""
         by_verb = order.do in self._verbs
         if not (by_verb or order.do in LIMITS) or (done.harm and by_verb):
             return
         new, reason, limit = order not in done.released, "", None
+        said, binds = done.turn.utterance, not by_verb and order.why not in GRAVE
+        missed = new and (by_verb or binds) and misses_an_exception(said, order, done.reading)
         if by_verb and new:
             limit = None if order.do in self._takes_away else done.dialogue.forbids(order)
-            sure = done.reading.sure(order, self._unsure)
+            sure = done.reading.sure(order, self._unsure) and not missed
             ends = self._ends(order)
             reason = reason_to_wait(order, limit, sure=sure, wary=done.wary and not ends)
-            if ends and not completes(self._env, done.turn.utterance):
+            if ends and not completes(self._env, said):
                 reason = reason or ENDS
+        elif missed:
+            reason = reason_to_wait(order, sure=False)
         binding = done.dialogue.beside(order, done.reading.orders)
+        binding = lifted(binding, order, grave=True) if limit else binding
         found = resolve(self._env, order, binding, self._pick)
-        if limit:
+        if limit or (missed and binds) or (new and self._sweeps(order, found.actions, wanted)):
             done.hold(order, reason, found.actions, grave=True)
             return
         done.notes += [found.why] if found.why else []
         irreversible = (by_verb and self._verbs[order.do].irreversible) or any(
             is_irreversible(self._env, action) for action in found.actions
         )
-        confirmed = not new and (not irreversible or {*found.actions} <= {*done.shown})
-        if found.actions and (reason or irreversible) and not confirmed:
+        confirmed = not new and {*found.actions} <= {*done.shown}
+        if found.actions and (reason or irreversible or not new) and not confirmed:
             if not done.harm:
                 done.hold(order, reason, found.actions, irreversible=irreversible)
             return
@@ -316,6 +324,17 @@ class Executor:
             if not result.ok:
                 break
         done.notes += [found.warning] if found.actions and found.warning else []
+
+    def _sweeps(self, order: Order, actions: Sequence[Action], wanted: Collection[str]) -> bool:
+        """Whether an order names no thing and changes several, or takes away several wanted ones.
+
+        An allergy or a diet takes away what it rules out without a question.
+        """
+        targets = {each.target for each in actions}
+        if order.do in self._verbs and order.what.casefold() in ("", _ALL):
+            return len(targets) > 1
+        takes_away = order.do in self._takes_away or (order.do in LIMITS and order.why not in GRAVE)
+        return takes_away and len(targets.intersection(wanted)) > 1
 
     def _ends(self, order: Order) -> bool:
         """Whether an order ends the task without a question of its own."""
@@ -353,15 +372,20 @@ class Executor:
         if not orders:
             return
         effective, newest = undoable(rounds), rounds[-1] if rounds else None
-        every = any(order.what == _ALL for order in orders)
         named = any(order.what not in ("", _ALL) or order.but for order in orders)
+        every = any(order.what == _ALL for order in orders)
         count = sum(max(1, round(order.quantity or 1)) for order in orders)
-        last = effective if every else [] if named else effective[-count:]
+        last = [] if named else effective if every else effective[-count:]
         if orders == [_UNDO] and newest and newest not in last and _asked(newest):
             done.notes.append(IDLE.format(newest.turn.utterance))
             return
         if not last:
             done.notes.append(NOTHING)
+            return
+        results = (each for round in last for each in round.results[round.reversals :])
+        acts = [each.action for each in results if not each.irreversible]
+        if every and orders[0] not in done.released and len({each.target for each in acts}) > 1:
+            done.hold(orders[0], "", acts, grave=True)
             return
         left = self.dialogue_state(rounds, retracts=[each.number for each in last])
         back: list[Round] = []
@@ -399,6 +423,16 @@ class Executor:
 def _asked(round: Round) -> bool:
     """Whether the words of a round gave an order by a verb."""
     return bool(round.reading and acting(round.reading.orders))
+
+
+def _asked_for(rounds: Sequence[Round]) -> set[str]:
+    """What the person asked for themselves: the things of all actions but the guesses."""
+    return {
+        result.action.target
+        for round in rounds
+        for result in round.results
+        if result.action.target not in {guess.target for guess in round.guessed}
+    }
 
 
 def _leading(belief: Belief) -> str:

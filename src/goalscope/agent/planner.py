@@ -279,7 +279,7 @@ def _carried_out(
     """Execute each sequence, for its goal, unless it repeats something or cannot be undone."""
     results, failed, guessed = list[StepResult](), list[StepResult](), list[Guess]()
     acts = [each.action for each in history if each.action.target not in given_up]
-    used = {name for each in acts for name in (each.target, each.destination)}
+    used = {name for each in acts for name in each.things}
     kinds = {env.kind(each) for each in acts}
     for actions, goal in plan:
         if any(

@@ -22,9 +22,8 @@ def done_in_words(rounds: Sequence[Round]) -> str:
     for round in rounds:
         for result in round.results:
             if round.number not in gone and result.ok:
-                action = result.action
-                target = f"{action.target} {action.destination}".rstrip()
-                targets.setdefault(action.name, []).append(target)
+                done = targets.setdefault(result.action.name, [])
+                done.append(" ".join(result.action.things))
     return "; ".join(f"{name}: {', '.join(named)}" for name, named in targets.items())
 
 

@@ -176,6 +176,11 @@ class Action:
     destination: str = ""
     irreversible: bool = field(default=False, compare=False, repr=False)
 
+    @property
+    def things(self) -> tuple[str, ...]:
+        """The names of what it is done to and of where that goes, as far as it has them."""
+        return tuple(filter(None, (self.target, self.destination)))
+
     def __str__(self) -> str:
         times = f" x{self.quantity}" if self.quantity != 1 else ""
         to = f" -> {self.destination}" if self.destination else ""

@@ -106,9 +106,9 @@ def fold(
             each[place] if place < len(each) else () for each in (released, waiting)
         )
         for order in () if gone else confirmed:
-            if order.do not in takes_away:
-                state = _lifted(state, order, grave=True)
-            state = replace(state, asked=(*state.asked, order))
+            if order.do not in (*takes_away, *LIMITS):
+                state = lifted(state, order, grave=True)
+            state = _with(state, order, lifts=order.do not in takes_away)
         for order in reading.orders:
             grave = order.do in ("avoid", "only") and order.why in GRAVE
             if not grave and (gone or order in waits):
@@ -129,12 +129,12 @@ def _with(state: DialogueState, order: Order, *, lifts: bool) -> DialogueState:
         return replace(state, untouched=(*state.untouched, order))
     if order.do in _ACTS:
         return state
-    free = _lifted(state, order, grave=False)
+    free = lifted(state, order, grave=False)
     limits = free.limits if lifts else state.limits
     return replace(state, limits=limits, untouched=free.untouched, asked=(*state.asked, order))
 
 
-def _lifted(state: DialogueState, order: Order, *, grave: bool) -> DialogueState:
+def lifted(state: DialogueState, order: Order, *, grave: bool) -> DialogueState:
     """The state without the limits that an order for the same thing contradicts."""
     return replace(
         state,

@@ -24,6 +24,7 @@ _EXTREMES = {1: finder(WORDS["cheapest"]), -1: finder(WORDS["dearest"])}
 _UNLIKE = [name.strip() for name in WORDS["unlike"].split(",")]
 _USUAL = {word: names.split(", ") for word, names in WORDS["usual"].items()}
 
+_JOINED = re.compile(r"(?:,| and | & )+ *")
 _DEPTH = 10  # best items of a search that count
 _PER_TERM = 5  # items offered for each search term
 _NEAR = 100  # items among which an answer looks for a thing
@@ -50,6 +51,25 @@ class Chooser:
             is_such = names(" ".join(head_words(item.name)), order.what)
             return replace(order, what=canned) if is_such else order
         return order
+
+    def parts(self, order: Order) -> list[Order]:
+        """An order for each thing that its phrase joins by "and", where no one thing is all that.
+
+        "Red and green peppers" are red peppers and green peppers. The quantity is that of the
+        first. What the shop does not have at all stays one phrase, such as "mac and cheese".
+        """
+        phrases = [each for each in _JOINED.split(order.what) if each]
+        whole = self.meant(order.what, Bounds()) if len(phrases) > 1 else None
+        if len(phrases) < 2 or (whole and _JOINED.search(whole.name.replace("-", " "))):
+            return [order]
+        for place, each in enumerate(phrases):
+            item = self.meant(each, Bounds())
+            if not (whole or item):
+                return [order]
+            if item and not (_headed(each, [item]) or _usual(each, [item])):
+                phrases[place] = " ".join(dict.fromkeys((*words(each), words(order.what)[-1])))
+        rest = (replace(order, what=each, quantity=None, unit="") for each in phrases[1:])
+        return [replace(order, what=phrases[0]), *rest]
 
     def meant(self, phrase: str, bounds: Bounds, basket: Collection[Item] = ()) -> Item | None:
         """The item that a phrase means: by its exact name, in the basket, usual, or plainest.

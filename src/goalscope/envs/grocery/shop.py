@@ -110,6 +110,13 @@ class GroceryShop(Proactive):
         It warns of what comes and is not known to fit the diets.
         """
         bounds, order = bounds_of(dialogue, self.catalogue), self._chooser.in_shop_words(order)
+        if order.do in ("add", "set", "remove") and len(each := self._chooser.parts(order)) > 1:
+            found = [self.resolve(part, dialogue, pick) for part in each]
+            return Resolution(
+                tuple(action for part in found for action in part.actions),
+                " ".join(filter(None, (part.why for part in found))),
+                " ".join(filter(None, (part.warning for part in found))),
+            )
         match order.do:
             case "undo":
                 found = self._undo(dialogue.to_undo, bounds)
@@ -282,7 +289,8 @@ class GroceryShop(Proactive):
 
     def _asked_for(self, dialogue: DialogueState, but: Order | None = None) -> list[str]:
         """What orders ask to come, `but` for one; all else in the basket was guessed."""
-        orders = [*map(self._chooser.in_shop_words, dialogue.asked)]
+        said = map(self._chooser.in_shop_words, dialogue.asked)
+        orders = [part for order in said for part in self._chooser.parts(order)]
         if but in orders:
             orders.remove(but)
         coming = (each for each in orders if each.do in ("add", "set", "swap"))

@@ -243,7 +243,7 @@ class HomeRobot(Proactive):
         for order in orders:
             if any(verb.name == order.do for verb in self.verbs):
                 found += self.resolve(order, dialogue, _EXACTLY).actions
-        touched = {view.id(name) for each in found for name in (each.target, each.destination)}
+        touched = {view.id(name) for each in found for name in each.things}
         if touched & taken or any(starts(view, each) for each in found):
             return []
         return found
