@@ -9,7 +9,7 @@ import pytest
 import shops
 from fakes import LampRoom, Plans, WordModel, plans
 from goalscope.agent.agent import Agent
-from goalscope.agent.guards import SAY_YES, misses_an_exception
+from goalscope.agent.guards import SAY_YES, by_number, misses_an_exception
 from goalscope.agent.round import Guess
 from goalscope.base.types import Action
 from goalscope.envs import Resolution
@@ -17,6 +17,8 @@ from goalscope.envs.grocery import GroceryShop
 from goalscope.envs.house import HomeRobot, HouseController
 from goalscope.language.orders import Order, Reading, Verb, orders_from_text
 from lamps import REPLIES, agent_in
+
+HERE = "on: lamp; several: egg 1-3, stove burner 1-4, mug 1-2"
 
 
 def shopping(**reads: str) -> tuple[GroceryShop, Agent]:
@@ -125,6 +127,32 @@ def test_all_things_are_listed_if_one_of_them_was_not_named() -> None:
         assert 'I understood "break egg 3" (egg 1, egg 2, egg 3).' in round.question
         agent.step("", "no")
         assert 'I understood "break egg 3". ' in agent.step("", "break egg 3").question
+
+
+@pytest.mark.parametrize(
+    ("said", "read", "meant"),
+    [
+        ("crack egg 3", "break egg | 3", "break egg 3"),
+        ("Turn on burner 3.", "turn on burner | where 3", "turn on burner 3"),
+        ("turn on burner three", "turn on burner | where three", "turn on burner 3"),
+        ("open cupboard 2", "open cupboard | 2", "open cupboard 2"),
+        ("put egg 2 on counter 1", "put egg | where counter", "put egg 2 | where counter 1"),
+        ("wash mug 1, then mug 2", "clean mug | 1\nclean mug | 2", "clean mug 1\nclean mug 2"),
+        ("crack 3 eggs", "break eggs | 3", "break eggs | 3"),
+        ("crack eggs 2", "break eggs | 2", "break eggs | 2"),
+        ("slice bread 2 times", "slice bread | 2", "slice bread | 2"),
+        ("put mug 1 in the box", "put mug | 1 | where box", "put mug 1 | where box"),
+    ],
+)
+def test_a_number_behind_a_thing_is_part_of_its_name(said: str, read: str, meant: str) -> None:
+    verbs = HomeRobot.verbs
+    reading = by_number(Reading(orders_from_text(read, verbs)), said, HERE)
+    assert reading.orders == orders_from_text(meant, verbs)
+
+
+def test_where_no_things_are_numbered_a_number_is_an_amount() -> None:
+    reading = Reading((Order("add", "milk", 2),))
+    assert by_number(reading, "milk 2", "1 x Brown Bread") == reading
 
 
 @pytest.mark.parametrize(

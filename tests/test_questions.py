@@ -14,9 +14,53 @@ from goalscope.envs.grocery import Catalogue, GroceryShop
 from goalscope.envs.grocery.catalogue import Item
 from goalscope.language.dialogue_state import DialogueState
 from goalscope.language.orders import Order, orders_from_text
+from goalscope.language.questions import about_of, told_about
 from lamps import REPLIES
 from shops import PICK
 from test_dietary import stocked
+
+
+@pytest.mark.parametrize(
+    ("said", "thing", "about"),
+    [
+        ("So what exactly have you done?", "", "done"),
+        ("Have you touched the knife?", "knife", "done"),
+        ("what did you add", "", "added"),
+        ("Did you add the milk?", "milk", "added"),
+        ("did you take the cake away?", "cake", "removed"),
+        ("what did you add that I didn't ask for?", "", "guessed"),
+        ("Which of these were your own idea?", "", "guessed"),
+        ("what's the flour for?", "flour", "why"),
+        ("why is there bacon in my basket?", "bacon", "why"),
+        ("since when is the bread in there?", "bread", "why"),
+        ("what did I ask you for?", "", "asked"),
+        ("is there any pork in the basket?", "pork", "any"),
+        ("does any of this contain gluten?", "", "any"),
+        ("how much is that now?", "", "total"),
+        ("how many eggs are there?", "eggs", "count"),
+        ("is that enough for ten?", "", "enough"),
+        ("What can I say?", "", "abilities"),
+        ("what would undo take back?", "", "undo"),
+        ("why do you still think it's bolognese?", "bolognese", "goal"),
+        ("do you have oat milk?", "oat milk", ""),
+        ("Where is the mug?", "mug", ""),
+        ("What is the meaning of life?", "", ""),
+        ("Brr \U0001f976", "", ""),
+    ],
+)
+def test_a_question_is_about_what_its_nearest_phrasings_are_about(said, thing, about) -> None:
+    assert about_of(said, [thing]) == about
+
+
+def test_an_adapter_that_was_not_taught_it_is_told_what_a_question_is_about() -> None:
+    asked = [Order("ask", "oat milk"), Order("add", "milk")]
+    assert told_about(asked, "How much is it?") == (*asked,)
+    assert told_about(asked, "What did you add?")[0] == Order("ask", about="added")
+    undone = [Order("undo")]
+    assert told_about(undone, "What would undo take back?") == (Order("ask", about="undo"),)
+    assert told_about(undone, "Could you undo that?") == (*undone,)
+    assert told_about(undone, "What would undo take back") == (*undone,)
+
 
 SAID = {
     "Lamp and book": "aim lamp", "Please switch on the fan": "switch on fan",

@@ -50,17 +50,19 @@ def test_a_thing_may_have_words_of_earlier_messages_and_of_what_is_shown():
     assert [each.what for each in reading.orders] == ["green peppers", "oat milk"]
 
 
-@pytest.mark.parametrize("taught", [True, False])
-def test_what_is_here_stands_in_one_line_and_may_be_named(taught) -> None:
+def test_what_is_here_stands_in_one_line_and_may_be_named() -> None:
     model = Writes("add egg 2\nadd beef 80-20")
     here = "Beef 80-20; several: egg 1-3)\n(Asked: Shall I buy?)\nyes"
-    Reader(model, VERBS, taught=taught).read("that one", question="Which?", here=here)
+    Reader(model, VERBS).read("that one", question="Which?", here=here)
     asked = model.asked[0]["messages"][-1].content.splitlines()
     assert asked == [
         "(Here: Beef 80-20; several: egg 1-3) (Asked: Shall I buy?) yes)",
         "(Asked: Which?)",
         "that one",
     ]
+    Reader(model, VERBS, taught=True).read("that one", question="Which?", here=here)
+    asked = model.asked[1]["messages"][-1].content.splitlines()
+    assert asked == ["(Asked: Which?)", "that one"]
 
 
 @pytest.mark.parametrize("takes_grammar", [True, False])

@@ -12,7 +12,7 @@ import numpy as np
 
 from goalscope.agent.answers import UNKNOWN, Answers
 from goalscope.agent.executor import Execution, Executor
-from goalscope.agent.guards import UNSURE
+from goalscope.agent.guards import UNSURE, by_number
 from goalscope.agent.people import FALLBACK, OPENING, Human, ask, completes, question_of
 from goalscope.agent.planner import Outcome, Want, replay
 from goalscope.agent.round import Round, retracted
@@ -380,7 +380,7 @@ class Agent:
             )
         except UnreadableAnswerError as error:
             reading, unread = Reading((Order("none"),)), [str(error)]
-        return reading, unread
+        return by_number(reading, turn.utterance, self.env.state().here), unread
 
     def _observe(self, turn: Turn, reading: Reading | None) -> None:
         """Update the belief (Eq. 1); how much words count as evidence depends on what they do."""

@@ -8,11 +8,13 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterable, Sequence
+from dataclasses import replace
 from typing import Literal
 
 from goalscope.base.nouns import singular, singulars
 from goalscope.base.text import plain
 from goalscope.base.types import Action
+from goalscope.language.amounts import figures, word_value
 from goalscope.language.dialogue_state import GRAVE
 from goalscope.language.orders import Order, Reading
 
@@ -41,6 +43,12 @@ _HARM = re.compile(
 )
 _HINT = re.compile(r"\bthroat\b|hospital", re.IGNORECASE)
 """Words that may be about harm, or only about a cold or a visit: they are asked about once."""
+
+_RANGE = re.compile(r" 1-\d+(?!\w)")
+"""Ends what `State.here` shows of things that are told apart by numbers: "egg 1-3"."""
+
+_NUMBER = r" (\d+)(?![\w:-]|[.,]\d| (?:to|or) \d| [a-z]{3,}s\b)"
+"""A number behind a noun that is no amount of something else."""
 
 _EXCEPTS = re.compile(
     r"\bexcept(?:ing|s)?\b|(?<!\w)'?cept\b|\bexcluding\b|\b(?:apart|aside) from\b|\bother than\b"
@@ -103,6 +111,37 @@ def misses_an_exception(utterance: str, order: Order, reading: Reading) -> bool:
     spared = any(each.but or each.do == "leave" for each in reading.orders)
     denied = re.search(_DENIES.format(thing=thing), said, re.IGNORECASE) if thing else None
     return bool(denied or (_EXCEPTS.search(said) and not spared))
+
+
+def by_number(reading: Reading, utterance: str, here: str) -> Reading:
+    """A reading in which "crack egg 3" names one egg, if `State.here` has things with numbers."""
+    if not _RANGE.search(here):
+        return reading
+    said = _in_figures(figures(plain(utterance)))
+    return replace(reading, orders=tuple(_numbered(each, said) for each in reading.orders))
+
+
+def _in_figures(text: str) -> str:
+    """A text in lower case with each number word in figures."""
+    return re.sub(r"[a-z]{3,}", lambda found: str(word_value(found[0]) or found[0]), text.lower())
+
+
+def _numbered(order: Order, said: str) -> Order:
+    """The order with the numbers that stand behind its thing and its place in their names."""
+
+    def named(phrase: str) -> str:
+        noun = re.sub(r" ?\d+$", "", phrase)
+        found = {*re.findall(rf"\b{re.escape(noun)}{_NUMBER}", said)} if noun else set[str]()
+        found = found & {*own} or found
+        is_one = len(found) == 1 and singulars(noun) == noun.lower().split()
+        return f"{noun} {found.pop()}" if is_one else phrase
+
+    own = re.findall(r"\d+", f"{order.what} {order.where} {order.quantity or 0:g}")
+    what, where = named(order.what), named(order.where)
+    if order.unit or not what[-1:].isdigit():
+        return replace(order, where=where)
+    where = "" if _in_figures(where).isdigit() else where
+    return replace(order, what=what, quantity=None, where=where)
 
 
 def _is_grave(reading: Reading) -> bool:

@@ -46,6 +46,7 @@ from goalscope.language.orders import (
     orders_to_text,
     words_of,
 )
+from goalscope.language.questions import told_about
 from goalscope.models import Generator, Roles
 from goalscope.models.nearest import Nearest
 from goalscope.prompts import render
@@ -120,6 +121,7 @@ class Reader:
         self.verbs = (*verbs, *DIALOGUE_ACTS)
         self.form: Form = form if model.takes_grammar else "json"
         self._own = tuple(verbs)
+        self._taught = taught
         if taught:
             self._opening = render("read", verbs=self.verbs)
         else:
@@ -161,7 +163,8 @@ class Reader:
         question = _legible(question)
         before = _newest(before)
         shown = [*self._shown(message), *before]
-        line = here = _legible(here)
+        here = _legible(here)
+        line = self._line(here)
         prompt = self._prompt(_asked(message, question, line), shown)
         most = self.model.context_size - _MOST_TOKENS
         while (shown or line) and self.model.count_tokens(prompt) > most:
@@ -187,6 +190,7 @@ class Reader:
                 prompt, max_tokens=3 * _MOST_TOKENS, schema=schema_of(self._own)
             )
         lines = self._lines(written.text, said)
+        lines = told_about(lines, typed) if self._taught else lines
         earlier = {each.quantity or 0.0 for exchange in before for each in exchange.orders}
         earlier |= {number for text in (question, *texts) for number in numbers_in(text)}
         said_numbers = numbers_in(message) | earlier
@@ -211,8 +215,12 @@ class Reader:
         here: str = "",
     ) -> list[Message]:
         """The chat that the model answers with the reading of `message`."""
-        asked = _asked(_legible(message), _legible(question), _legible(here))
+        asked = _asked(_legible(message), _legible(question), self._line(_legible(here)))
         return self._prompt(asked, [*self._shown(_legible(message)), *_newest(before)])
+
+    def _line(self, here: str) -> str:
+        """What is here, if it is shown: the adapter was not fitted on it (docs/log.md)."""
+        return "" if self._taught else here
 
     def _shown(self, message: str) -> list[ReadExample]:
         """The examples for a message, the nearest last."""
