@@ -7,8 +7,9 @@ from goalscope.base.inputs import read_profiles
 from goalscope.base.nouns import contains, singulars
 from goalscope.base.types import Action, StepResult
 from goalscope.envs import Checks, Proactive, Resolution, State
-from goalscope.envs.scenarios import Nearest, Scenario
+from goalscope.envs.scenarios import Scenario
 from goalscope.language.orders import Example, Verb
+from goalscope.models.nearest import Nearest
 
 TREE = "walnut tree"
 FELLING = Action("remove", TREE, irreversible=True)

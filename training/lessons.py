@@ -105,8 +105,7 @@ def _need_lessons(scenarios: Sequence[Scenario], known: Sequence[Scenario]) -> l
     things: dict[str, list[str]] = {}
     for each in scenarios:
         if each.domain not in nearest:
-            same = [other for other in known if other.domain == each.domain]
-            near = Nearest(same, lambda other: other.texts)
+            near = Nearest([other for other in known if other.domain == each.domain])
             nearest[each.domain] = near
             things[each.domain] = sorted(
                 {thing for other in near.things for thing in other.needed + other.nice}

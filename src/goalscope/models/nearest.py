@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Sequence
 from itertools import chain
+from operator import attrgetter
 from typing import Generic, TypeVar
 
 import numpy as np
@@ -24,10 +25,12 @@ class Nearest(Generic[T]):
 
     Args:
         things: Among which to find.
-        texts: The texts that stand for one of them.
+        texts: The texts that stand for one of them; by default, those that it names.
     """
 
-    def __init__(self, things: Sequence[T], texts: Callable[[T], Sequence[str]]) -> None:
+    def __init__(
+        self, things: Sequence[T], texts: Callable[[T], Sequence[str]] = attrgetter("texts")
+    ) -> None:
         self.things = tuple(things)
         parts = [*map(texts, things)]
         self._owner = np.repeat(np.arange(len(parts)), [len(each) for each in parts])

@@ -58,5 +58,4 @@ def shipped_scenarios(domain: str) -> Nearest[Scenario]:
     )
     lists = ("said", "needed", "nice", "unwanted")
     found = (row | {name: tuple(row[name]) for name in lists} for row in rows)
-    scenarios = [Scenario(**row) for row in found if row["domain"] == domain]
-    return Nearest(scenarios, lambda each: each.texts)
+    return Nearest([Scenario(**row) for row in found if row["domain"] == domain])
