@@ -18,7 +18,7 @@ from converting import convert
 from goalscope.models.llama.model import embedded_path
 from goalscope.models.opening import ModelSet, open_model
 
-CONTEXT = 1152
+CONTEXT = 1024
 """Tokens that the servers read."""
 
 _START = 120  # seconds

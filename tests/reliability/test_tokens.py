@@ -176,7 +176,6 @@ def chats(text: str) -> list[list[Message]]:
         "turns": [Turn(text, text)] * 4,
         "verbs": [Verb(text, text)] * 2,
         "form": "text",
-        "about": ["why"],
         "words": 0,
         "harmful": True,
     }

@@ -29,7 +29,6 @@ from goalscope.base.types import (
 )
 from goalscope.language.amounts import figures, numbers_in, sums_in
 from goalscope.language.orders import (
-    ABOUT,
     ANY_VERB,
     CHOICES,
     DIALOGUE_ACTS,
@@ -125,9 +124,7 @@ class Reader:
         if taught:
             self._opening = render("read", verbs=self.verbs)
         else:
-            self._opening = render(
-                "read_untaught", verbs=self.verbs, about=ABOUT, task=task, form=self.form
-            )
+            self._opening = render("read_untaught", verbs=self.verbs, task=task, form=self.form)
         known = [
             ReadExample(
                 each.question, each.message, orders_from_text(each.orders, verbs), each.here
@@ -223,8 +220,8 @@ class Reader:
         return "" if self._taught else here
 
     def _shown(self, message: str) -> list[ReadExample]:
-        """The examples for a message, the nearest last."""
-        return [*self._examples, *reversed(self._nearest(message, _NEAREST))]
+        """The examples for a message, the nearest first: small models copy what stands last."""
+        return [*self._nearest(message, _NEAREST), *self._examples]
 
     def _prompt(self, asked: str, shown: Sequence[ReadExample]) -> list[Message]:
         chat = [*self._opening]
