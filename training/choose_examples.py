@@ -1,7 +1,7 @@
 """Choose examples of reading for models that were not taught: python training/choose_examples.py.
 
-They are messages of the reading corpus that stand alone, spread over verbs and over what makes a
-message hard, no two alike. They go behind the first ones of each domain's `data/examples.toml`.
+They are messages of the reading corpus that stand alone, spread over verbs and over what questions
+are about, no two alike. They stand in `data/examples.jsonl` of each domain.
 """
 
 from __future__ import annotations
@@ -11,13 +11,12 @@ import random
 from collections import defaultdict
 from pathlib import Path
 
-from goalscope.experiment.reading_scores import Line, read_corpus
+from goalscope.experiment.reading_scores import Line, read_corpus, turn_to_json
 from goalscope.language.orders import orders_to_text, words_of
 from goalscope.models.embedding import embedded
 
 CORPUS = Path("corpus/reading/train")
 DATA = Path("src/goalscope/envs")
-MARK = "# Chosen by training/choose_examples.py; written by hand above.\n"
 MOST = 400
 LONGEST = 140  # characters of a message
 ALIKE = 0.85  # cosine above which two messages are too alike
@@ -45,7 +44,7 @@ def chosen(lines: list[Line]) -> list[Line]:
     kinds: dict[tuple[str, ...], list[int]] = defaultdict(list)
     for number, line in enumerate(lines):
         first = line.orders[0]
-        kinds[first.do, first.about, line.kind.removeprefix("not ")].append(number)
+        kinds[first.do, first.about].append(number)
     found: list[int] = []
     while len(found) < MOST and any(kinds.values()):
         for left in kinds.values():
@@ -56,19 +55,15 @@ def chosen(lines: list[Line]) -> list[Line]:
     return [lines[number] for number in found]
 
 
-def as_toml(line: Line) -> str:
-    """A table of `examples.toml`."""
-    told = {"here": line.here, "question": line.question, "message": line.message}
-    told["orders"] = orders_to_text(line.orders)
-    rows = [f"{key} = {json.dumps(text, ensure_ascii=False)}" for key, text in told.items() if text]
-    return "\n".join(["", "[[example]]", *rows, ""])
+def as_json(line: Line) -> str:
+    """A line of `examples.jsonl`."""
+    told = {**turn_to_json(line), "orders": orders_to_text(line.orders)}
+    return json.dumps(told, ensure_ascii=False) + "\n"
 
 
 if __name__ == "__main__":
     corpus = read_corpus(CORPUS)
     for domain in ("grocery", "house"):
-        file = DATA / domain / "data" / "examples.toml"
-        kept = file.read_text(encoding="utf-8").partition(MARK)[0].rstrip("\n")
         found = [each for line in corpus if line.domain == domain and (each := alone(line))]
-        text = "".join(map(as_toml, chosen(found)))
-        file.write_text(f"{kept}\n\n{MARK}{text}", encoding="utf-8")
+        text = "".join(map(as_json, chosen(found)))
+        (DATA / domain / "data" / "examples.jsonl").write_text(text, encoding="utf-8")

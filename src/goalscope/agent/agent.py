@@ -371,16 +371,17 @@ class Agent:
             if each.reading
         ]
         unread: list[str] = []
+        here = self.env.state().here
         try:
             reading = self.reader.read(
                 turn.utterance,
                 question="" if completes(self.env, turn.utterance) else _question_of(turn),
                 before=before,
-                here=self.env.state().here,
+                here=here,
             )
         except UnreadableAnswerError as error:
             reading, unread = Reading((Order("none"),)), [str(error)]
-        return by_number(reading, turn.utterance, self.env.state().here), unread
+        return by_number(reading, turn.utterance, here), unread
 
     def _observe(self, turn: Turn, reading: Reading | None) -> None:
         """Update the belief (Eq. 1); how much words count as evidence depends on what they do."""

@@ -427,12 +427,11 @@ def _asked(round: Round) -> bool:
 
 def _asked_for(rounds: Sequence[Round]) -> set[str]:
     """What the person asked for themselves: the things of all actions but the guesses."""
-    return {
-        result.action.target
-        for round in rounds
-        for result in round.results
-        if result.action.target not in {guess.target for guess in round.guessed}
-    }
+    found: set[str] = set()
+    for round in rounds:
+        guesses = {guess.target for guess in round.guessed}
+        found |= {result.action.target for result in round.results} - guesses
+    return found
 
 
 def _leading(belief: Belief) -> str:

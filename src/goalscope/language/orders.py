@@ -5,6 +5,7 @@ Natural language becomes these types in `goalscope.language.reader`, and nowhere
 
 from __future__ import annotations
 
+import json
 import re
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, fields, replace
@@ -27,24 +28,18 @@ PHRASES = ("what", "but", "for_", "where", "if_")
 REASONS = ("allergy", "diet", "taste")
 """Reasons for a limit, the gravest first."""
 
-ABOUT = {
-    "why": "why something was done or is there",
-    "guessed": "what you did unasked",
-    "added": "what you added",
-    "removed": "what you took away",
-    "done": "what else you did",
-    "asked": "what they told you",
-    "enough": "for how many it is enough",
-    "total": "what all of it costs",
-    "count": "how many are here",
-    "any": "whether there is any here",
-    "undo": "what an undo would take back",
-    "goal": "what you think they want",
-    "abilities": "what you can do",
-}
-"""What a question may be about; a plain one asks for facts about a thing."""
+ABOUT = (
+    "why", "guessed", "added", "removed", "done", "asked", "enough", "total", "count", "any",
+    "undo", "goal", "abilities",
+)  # fmt: skip
+"""What a question may be about; a plain one asks for facts about a thing.
 
-CHOICES = {"why": REASONS, "about": tuple(ABOUT)}
+Of what the agent did: why, what nobody had asked for, what came, what went, all else. Then: what
+the person said; for how many it is enough; what all of it costs; how many there are; whether there
+is any; what an undo takes back; what the person is thought to want; what the agent can do.
+"""
+
+CHOICES = {"why": REASONS, "about": ABOUT}
 """The slots that take one of a few values."""
 
 _NUMBER = r"\d{1,6}(?:\.\d{1,3})?"
@@ -318,10 +313,11 @@ def _order(line: str, known: dict[str, Verb]) -> Order:
 
 @cache
 def with_examples(verbs: tuple[Verb, ...], package: str) -> tuple[Verb, ...]:
-    """The verbs with the examples of a package's `data/examples.toml`."""
-    source = files(package) / "data" / "examples.toml"
-    examples = tuple(Example(**row) for row in read_table(source)["example"])
-    return replace(verbs[0], examples=examples), *verbs[1:]
+    """The verbs with the examples of a package's `data`: `examples.toml`, then `examples.jsonl`."""
+    data = files(package) / "data"
+    chosen = (data / "examples.jsonl").read_text(encoding="utf-8").splitlines()
+    rows = [*read_table(data / "examples.toml")["example"], *map(json.loads, chosen)]
+    return replace(verbs[0], examples=tuple(Example(**row) for row in rows)), *verbs[1:]
 
 
 def examples_of(verbs: Iterable[Verb]) -> list[Example]:

@@ -87,8 +87,11 @@ def told_about(orders: Iterable[Order], said: str) -> tuple[Order, ...]:
     """
     orders = tuple(orders)
     asked = [each for each in orders if each.do == "ask"]
+    undoes = is_question(said) and any(each.do == "undo" for each in orders)
+    if not (asked or undoes):
+        return orders
     about = about_of(said, [name for each in asked for name in (each.what, each.where)])
-    if about == "undo" and is_question(said) and any(each.do == "undo" for each in orders):
+    if about == "undo" and undoes:
         return (Order("ask", about="undo"),)
 
     def told(thing: str) -> str:

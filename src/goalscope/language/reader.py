@@ -16,6 +16,7 @@ import json
 import re
 from collections.abc import Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 from typing import Any, Literal, cast
 from unicodedata import category
 
@@ -131,8 +132,7 @@ class Reader:
             )
             for each in (() if taught else examples)
         ]
-        self._examples = known[:_FIXED]
-        self._nearest = Nearest(known[_FIXED:], lambda each: (each.message,))
+        self._examples, self._others = known[:_FIXED], known[_FIXED:]
 
     def read(
         self,
@@ -221,7 +221,12 @@ class Reader:
 
     def _shown(self, message: str) -> list[ReadExample]:
         """The examples for a message, the nearest first: small models copy what stands last."""
-        return [*self._nearest(message, _NEAREST), *self._examples]
+        near = self._nearest(message, _NEAREST) if self._others else []
+        return [*near, *self._examples]
+
+    @cached_property
+    def _nearest(self) -> Nearest[ReadExample]:
+        return Nearest(self._others, lambda each: (each.message,))
 
     def _prompt(self, asked: str, shown: Sequence[ReadExample]) -> list[Message]:
         chat = [*self._opening]
