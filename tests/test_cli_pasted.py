@@ -49,6 +49,17 @@ def test_an_episode_is_resumed_from_any_folder_by_the_line_that_is_printed(
     assert not Store.open().episodes()
 
 
+def test_the_line_names_a_store_that_a_variable_names_from_this_folder(
+    place: Path, shop: list[str], words: list[object], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("GOALSCOPE_STORE", place.name)
+    told = run("chat", *shop[:2], input="add cocoa\nquit\n")
+    assert pasted(told.stderr, "chat")[-2:] == ["--store", str(place)]
+    monkeypatch.setenv("GOALSCOPE_STORE", str(place))
+    told = run("chat", *shop[:2], input="add cocoa\nquit\n")
+    assert "--store" not in pasted(told.stderr, "chat")
+
+
 def test_a_simulated_episode_that_is_interrupted_goes_on_by_the_line(
     place: Path, shop: list[str], words: list[object], monkeypatch: pytest.MonkeyPatch
 ) -> None:

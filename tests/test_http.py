@@ -104,6 +104,7 @@ def test_lasting_trouble_is_told_after_the_last_attempt(
         (answer(302, location="http://other.test/"), "it points to http://other.test/ instead"),
         (httpx2.ReadTimeout("late"), "did not answer in time"),
         (httpx2.ConnectError("refused"), "Start it, or check the address"),
+        (httpx2.ConnectError("[SSL: CERTIFICATE_VERIFY_FAILED] self-signed"), "in SSL_CERT_FILE"),
     ],
 )
 def test_an_error_says_what_to_do(reply: httpx2.Response | Exception, said: str) -> None:

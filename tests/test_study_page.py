@@ -22,7 +22,7 @@ from test_study_web import WEB
 
 pytestmark = needs_chromium
 
-BACK = "https://panel.example/done?cc=A1&x=(b)"
+BACK = "HTTPS://panel.example/o'neill/done?cc=A1&x=(b)"
 PLAN = replace(WEB, items_per_participant=5, thanks=f"Go back: {BACK}. Not javascript:alert(1)!")
 COUNT = 5
 

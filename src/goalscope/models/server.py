@@ -169,6 +169,11 @@ class Server:
             ) from None
         except openai.APIConnectionError as error:
             reason = self._excerpt(str(error.__cause__ or error))
+            if "CERTIFICATE_VERIFY_FAILED" in reason:
+                raise ModelError(
+                    f"The certificate of {self.url} is not trusted ({reason}). Name the file of "
+                    "whoever issued it in SSL_CERT_FILE."
+                ) from None
             raise ModelError(
                 f"No server answers at {self.url} ({reason}). Start it, or check the address."
                 + self._proxies

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import logging
 import os
-import re
 import sqlite3
 import time
 from collections.abc import Callable, Generator
@@ -323,18 +322,12 @@ def explained(place: str | Path) -> Generator[None]:
             raise InvalidInputError(f"{place} is not a SQLite file. Name another one.") from error
         said = " ".join(str(cause).split())
         raise GoalscopeError(
-            f"Cannot use the database {place}: {said.rstrip('.')}. {_advice(cause, said)} "
-            "Nothing stored earlier is lost."
+            f"Cannot use the database {place}: {said.rstrip('.')}. {_advice(cause)}"
         ) from error
 
 
-def _advice(cause: BaseException, said: str) -> str:
+def _advice(cause: BaseException) -> str:
     if isinstance(cause, sqlite3.Error):
-        if re.search(r"malformed database schema(?!.*(rootpage|orphan))", said):  # sound otherwise
-            return (
-                f"SQLite {sqlite3.sqlite_version} is older than the one that made it (STRICT "
-                "tables need 3.37): install a newer one, or name another file."
-            )
         name = getattr(cause, "sqlite_errorname", "")  # such as SQLITE_READONLY_DIRECTORY
         return ADVICE.get("_".join(name.split("_")[:2]), "Name another file.")
     state = getattr(cause, "sqlstate", None) or ""

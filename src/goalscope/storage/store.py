@@ -118,7 +118,9 @@ class Store:
         """
         if not (new or place is None or "://" in str(place) or Path(place).exists()):
             raise InvalidInputError(f"There is no store at {place}. Check the path.")
-        return cls(*opening.opened(opening.default_place() if place is None else place), place)
+        named = opening.default_place() if place is None else place
+        relative = not ("://" in str(named) or Path(named).is_absolute())
+        return cls(*opening.opened(named), named if relative else place)
 
     @classmethod
     def in_memory(cls, copied: Path | None = None) -> Self:

@@ -4,7 +4,7 @@ const SVG = "http://www.w3.org/2000/svg";
 /** Marks that nobody sees and that can reorder a line; joiners and signs of numbers are none. */
 const INVISIBLE = /(?![\u200c\u200d\u0600-\u0605\u06dd\u070f\u0890\u0891\u08e2])\p{Cf}/gu;
 /** A web address, without the punctuation after it; brackets in it are closed in it. */
-const ADDRESS = /(https?:\/\/(?:[^\s<>"'()]|\([^\s<>"'()]*\))*(?:[^\s<>"'().,;:!?]|\([^\s<>"'()]*\)))/gu;
+const ADDRESS = /(https?:\/\/(?:[^\s<>"()]|\([^\s<>"()]*\))*(?:[^\s<>"'().,;:!?]|\([^\s<>"()]*\)))/giu;
 
 /**
  * An element. Functions become listeners ("onclick"); null and false omit an attribute.
