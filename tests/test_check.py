@@ -6,7 +6,7 @@ import pytest
 
 from commands import fails, run
 from goalscope import Agent, GoalscopeError
-from goalscope.agent.guards import CONFIRM
+from goalscope.agent.guards import CONFIRM, SAY_YES
 from goalscope.agent.people import AGREES, DECLINES, consents
 from goalscope.agent.settings import Settings
 from goalscope.base.types import Action
@@ -184,4 +184,5 @@ def test_a_request_to_confirm_is_declined_only_where_it_ends_the_task(tmp_path: 
     assert consents(f'I understood "pay". {CONFIRM}', garden, done=False) == AGREES
     assert consents(f'I understood "finish". {CONFIRM}', garden, done=False) == DECLINES
     assert consents(f'I understood "finish". {CONFIRM}', garden, done=True) == AGREES
+    assert consents(f'I understood "empty". {SAY_YES}', garden, done=False) == AGREES
     assert consents("What else?", garden, done=True) == ""

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from typing import Literal, Protocol
 
-from goalscope.agent.guards import CONFIRM
+from goalscope.agent.guards import SAY_YES
 from goalscope.base.text import plain
 from goalscope.base.types import InvalidInputError, Message, Profile, Turn, checked_text
 from goalscope.envs import Environment, completion_phrase
@@ -171,7 +171,7 @@ def consents(query: str, env: Environment, *, done: bool) -> str:
 
     They agree, but to the end of the task only when they have nothing more to say (`done`).
     """
-    if not query.endswith(CONFIRM):
+    if not query.endswith(SAY_YES):
         return ""
     ends = any(f'"{verb.name}"' in query for verb in env.verbs if verb.ends)
     return DECLINES if ends and not done else AGREES
@@ -190,7 +190,7 @@ class ScriptedHuman:
     def reply(self, query: str, turns: Sequence[Turn], status: str) -> str:
         """The reply for this round."""
         replies = self.profile.replies
-        said = sum(not turn.query.endswith(CONFIRM) for turn in turns)
+        said = sum(not turn.query.endswith(SAY_YES) for turn in turns)
         if consent := consents(query, self.env, done=said >= len(replies)):
             return consent
         return replies[said] if said < len(replies) else completion_phrase(self.env)

@@ -9,7 +9,7 @@ from typing import get_args
 
 import numpy as np
 
-from goalscope.agent.guards import CONFIRM
+from goalscope.agent.guards import SAY_YES
 from goalscope.agent.people import Habit, person_prompt
 from goalscope.base.optional_packages import package
 from goalscope.base.types import GoalscopeError
@@ -75,7 +75,7 @@ def simulated_talks(results: Results) -> list[Talk]:
             tuple(
                 round.turn.utterance
                 for round in results.rounds(cell.result["episode"])
-                if not round.turn.query.endswith(CONFIRM)
+                if not round.turn.query.endswith(SAY_YES)
             ),
         )
         for cell in results.asked_for()
