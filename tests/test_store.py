@@ -273,7 +273,7 @@ def test_a_damaged_schema_is_called_damaged_and_no_comfort_is_given(tmp_path, ch
         connection.execute("PRAGMA writable_schema = ON")
         connection.execute(f"{change} WHERE name = 'about'")
         connection.commit()
-    with pytest.raises(GoalscopeError, match="It is damaged: move it away.*created.$"):
+    with pytest.raises(GoalscopeError, match=r"It is damaged: move it away.*created.$"):
         Store.open(file)
 
 
