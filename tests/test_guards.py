@@ -9,6 +9,7 @@ import pytest
 import shops
 from fakes import LampRoom, Plans, WordModel, plans
 from goalscope.agent.agent import Agent
+from goalscope.agent.executor import KEPT_IN_FULL
 from goalscope.agent.guards import SAY_YES, by_number, misses_an_exception
 from goalscope.agent.round import Guess
 from goalscope.base.types import Action
@@ -186,3 +187,10 @@ def test_a_limit_that_may_lack_an_exception_waits_and_binds_after_a_yes() -> Non
     agent.step(agent.ask(), "yes")
     (limit,) = agent._executor.dialogue_state(agent.rounds).limits
     assert limit == Order("avoid", "lamp", why="taste")
+
+
+def test_a_diet_has_no_exception_and_says_so() -> None:
+    env = LampRoom(["fan", "lamp"])
+    model = WordModel(REPLIES, reads={"no light except the lamp": "avoid light | why diet"})
+    round = agent_in(env, model=model).step("", "no light except the lamp")
+    assert KEPT_IN_FULL.format("avoid light why diet") in round.notes

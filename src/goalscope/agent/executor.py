@@ -40,6 +40,9 @@ NOT_CONFIRMED = 'Not done, as {}: "{}".'
 UNANSWERED = 'That is neither a clear yes nor a clear no, so this still waits: "{}".'
 """Note where the words left that open."""
 
+KEPT_IN_FULL = 'You named an exception, but this holds without any: "{}".'
+"""Note where words of exception stand beside an allergy or a diet."""
+
 IDLE = 'Nothing was done at "{}", so there is nothing to undo.'
 """Note where the last round had orders of which nothing came."""
 
@@ -293,7 +296,10 @@ class Executor:
             return
         new, reason, limit = order not in done.released, "", None
         said, binds = done.turn.utterance, not by_verb and order.why not in GRAVE
-        missed = new and (by_verb or binds) and misses_an_exception(said, order, done.reading)
+        excepts = new and misses_an_exception(said, order, done.reading)
+        missed = excepts and (by_verb or binds)
+        if excepts and not missed:
+            done.notes.append(KEPT_IN_FULL.format(_told([order])))
         if by_verb and new:
             limit = None if order.do in self._takes_away else done.dialogue.forbids(order)
             sure = done.reading.sure(order, self._unsure) and not missed
