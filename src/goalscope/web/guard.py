@@ -56,7 +56,7 @@ EXPLANATIONS = {
 }
 """Replacements for the terse messages of the libraries below."""
 
-_LOOPBACK = re.compile(r"(localhost\.?|127(\.[0-9]{1,3}){3}|\[::1\])(:[0-9]{1,5})?")
+_LOOPBACK = re.compile(r"(localhost|127(\.[0-9]{1,3}){3}|\[::1\])(:[0-9]{1,5})?")
 _HOST = re.compile(r"((?:[a-z0-9_-]+\.)*[a-z0-9_-]+|\[([0-9a-f:.]+)\])(:[1-9][0-9]{0,4})?")
 
 KEY_COOKIE, RATER_COOKIE = "goalscope_key", "goalscope_rater"
