@@ -285,9 +285,14 @@ def of_results(title: str) -> list[list[str]]:
     return [[entry.strip() for entry in row.strip("|").split("|")] for row in found[1].splitlines()]
 
 
+def plain_rows(title: str) -> list[list[str]]:
+    """The rows of such a table, without intervals."""
+    return [cells(" | ".join(row)) for row in of_results(title)]
+
+
 def row_of(title: str, **entries: str) -> list[str]:
-    """The first row of a table of the results with these entries, each without its interval."""
-    header, _, *rows = [cells(" | ".join(row)) for row in of_results(title)]
+    """The first row of a table of the results with these entries."""
+    header, _, *rows = plain_rows(title)
     places = {header.index(name): entry for name, entry in entries.items()}
     return next(row for row in rows if all(row[at] == entry for at, entry in places.items()))
 
@@ -303,7 +308,7 @@ def test_the_figures_of_the_readme_are_those_of_the_results(row: int) -> None:
         model += f" + without-{name}"
     (belief,) = (
         found
-        for found in map(cells, map(" | ".join, of_results("Beliefs about what people wanted")))
+        for found in plain_rows("Beliefs about what people wanted")
         if found[1].startswith(f"{name}, ") and found[2:4] == [model, n]
     )
     simple = row_of("Simpler ways to infer goals, on the same dialogues", part=name, n=n)

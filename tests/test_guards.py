@@ -191,6 +191,8 @@ def test_a_limit_that_may_lack_an_exception_waits_and_binds_after_a_yes() -> Non
 
 def test_a_diet_has_no_exception_and_says_so() -> None:
     env = LampRoom(["fan", "lamp"])
-    model = WordModel(REPLIES, reads={"no light except the lamp": "avoid light | why diet"})
-    round = agent_in(env, model=model).step("", "no light except the lamp")
-    assert KEPT_IN_FULL.format("avoid light why diet") in round.notes
+    reads = dict.fromkeys(("no light except the lamp", "not any light"), "avoid light | why diet")
+    agent = agent_in(env, model=WordModel(REPLIES, reads=reads))
+    kept = KEPT_IN_FULL.format("avoid light why diet")
+    assert kept in agent.step("", "no light except the lamp").notes
+    assert kept not in agent.step("", "not any light").notes

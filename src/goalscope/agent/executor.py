@@ -12,6 +12,7 @@ from goalscope.agent.guards import (
     SAY_YES,
     Awaited,
     agrees,
+    excepts,
     is_wary,
     is_yes,
     misses_an_exception,
@@ -296,9 +297,8 @@ class Executor:
             return
         new, reason, limit = order not in done.released, "", None
         said, binds = done.turn.utterance, not by_verb and order.why not in GRAVE
-        excepts = new and misses_an_exception(said, order, done.reading)
-        missed = excepts and (by_verb or binds)
-        if excepts and not missed:
+        missed = new and (by_verb or binds) and misses_an_exception(said, order, done.reading)
+        if new and not (by_verb or binds) and excepts(said, done.reading):
             done.notes.append(KEPT_IN_FULL.format(_told([order])))
         if by_verb and new:
             limit = None if order.do in self._takes_away else done.dialogue.forbids(order)

@@ -107,10 +107,16 @@ def speaks_of_harm(utterance: str, reading: Reading) -> bool:
 
 def misses_an_exception(utterance: str, order: Order, reading: Reading) -> bool:
     """Whether an exception was said that the reading lacks, or the very thing was taken back."""
-    said, thing = plain(utterance), re.escape(order.what)
+    thing = re.escape(order.what)
+    denies = _DENIES.format(thing=thing)
+    denied = thing and re.search(denies, plain(utterance), re.IGNORECASE)
+    return bool(denied) or excepts(utterance, reading)
+
+
+def excepts(utterance: str, reading: Reading) -> bool:
+    """Whether words of exception were said, and the reading has none."""
     spared = any(each.but or each.do == "leave" for each in reading.orders)
-    denied = re.search(_DENIES.format(thing=thing), said, re.IGNORECASE) if thing else None
-    return bool(denied or (_EXCEPTS.search(said) and not spared))
+    return bool(_EXCEPTS.search(plain(utterance))) and not spared
 
 
 def by_number(reading: Reading, utterance: str, here: str) -> Reading:
