@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from contextlib import closing
 from dataclasses import asdict
 
 import pytest
@@ -12,6 +13,7 @@ from goalscope.agent.agent import Agent, K
 from goalscope.agent.planner import Outcome
 from goalscope.agent.settings import Settings, settings_of
 from goalscope.base.types import Goal, InvalidInputError, UnreadableAnswerError
+from goalscope.models.opening import ModelSet, open_model
 from goalscope.storage.session import Session
 from goalscope.storage.store import Store
 from lamps import RANKS, REPLIES, agent_in
@@ -97,3 +99,28 @@ def test_an_episode_keeps_its_settings_when_it_is_resumed() -> None:
             read=str, resume=info,
         )  # fmt: skip
         assert again.agent.k == 1
+
+
+def test_what_is_prepared_need_not_be_computed_in_the_first_round() -> None:
+    def decoded(model: ModelSet) -> int:
+        return sum(part.tokens_decoded for part in {*model.roles})
+
+    spent: list[int] = []
+    for prepares in (False, True):
+        with Store.in_memory() as store, closing(open_model()) as model:
+            session = Session(store, Settings(), LampRoom(), model, read=str)
+            if prepares:
+                session.prepare()
+            assert not session.agent.rounds
+            assert not session.is_stored
+            before = decoded(model)
+            session.step(session.agent.ask(), "It is dark, I would like to read.")
+            spent.append(decoded(model) - before)
+    assert spent[1] < 0.6 * spent[0]
+
+
+def test_nothing_is_asked_of_a_model_elsewhere_before_the_person_speaks() -> None:
+    model = WordModel(REPLIES)
+    with Store.in_memory() as store:
+        Session(store, Settings(), LampRoom(), model, read=str).prepare()
+    assert model.calls == 0

@@ -83,6 +83,8 @@ def chat(
 
     A resumed episode keeps its options, except for --rounds and --picture.
     """
+    from concurrent.futures import ThreadPoolExecutor
+
     from goalscope.agent.settings import Settings
     from goalscope.cli import display
     from goalscope.envs import completion_phrase
@@ -98,6 +100,7 @@ def chat(
         busy.stop()
         words = _read_words(out, query, lambda line: correct(out, session, line))
         busy.start()
+        prepared.result()
         return words
 
     def understood(round: Round) -> None:
@@ -118,6 +121,7 @@ def chat(
             settings_model(settings) as engine,
             _environment(settings, person) as env,
             tracing(trace),
+            ThreadPoolExecutor(1) as beside,
         ):
             before = None
             session = Session(
@@ -131,6 +135,7 @@ def chat(
                 understood=understood,
             )
             display.show_header(out, session.info)
+            prepared = beside.submit(session.prepare)
             told = f'"{completion_phrase(env)}" ends the task; '
             told += '"quit" leaves, and you can go on later'
             told += '; "/help" shows how to correct the goals' * session.agent.belief.inferred

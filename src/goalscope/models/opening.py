@@ -128,9 +128,18 @@ def forget(model: object) -> None:
     The state of the cache decides which tokens are computed together, and so how sums are rounded:
     with 8-bit and 16-bit weights, log-probabilities vary by up to 0.1 nat.
     """
-    for part in model.roles if isinstance(model, ModelSet) else [model]:
+    for part in _parts(model):
         if isinstance(part, TokenScorer):
             part.clear_cache()
+
+
+def is_local(model: object) -> bool:
+    """Whether all parts of a model are in this process, and keep what they have read."""
+    return all(isinstance(part, TokenScorer) for part in _parts(model))
+
+
+def _parts(model: object) -> Sequence[object]:
+    return model.roles if isinstance(model, ModelSet) else [model]
 
 
 def model_label(names: Mapping[str, Any]) -> str:

@@ -9,16 +9,25 @@ from pathlib import Path
 from typing import Any
 
 from goalscope.agent.agent import Agent, run_episode
-from goalscope.agent.people import ConsoleHuman, Human, ScriptedHuman, SimulatedHuman
+from goalscope.agent.people import OPENING, ConsoleHuman, Human, ScriptedHuman, SimulatedHuman
 from goalscope.agent.round import Round
 from goalscope.agent.settings import Settings, inference_of, settings_of, toolkit_for
-from goalscope.base.types import TRACKING, Goal, InvalidInputError, pluralize
+from goalscope.base.types import (
+    TRACKING,
+    UNSPECIFIED,
+    Goal,
+    InvalidInputError,
+    Turn,
+    pluralize,
+)
 from goalscope.belief.belief import Belief
 from goalscope.belief.calibration import calibration_named
+from goalscope.belief.goal_manager import irrelevant, objectionable
 from goalscope.belief.tracker import Correction
-from goalscope.envs import Environment, Outcome
+from goalscope.envs import Environment, Outcome, scenarios_like
 from goalscope.envs.registry import BUILT_IN, profile_named
 from goalscope.models import Model, model_name
+from goalscope.models.opening import is_local
 from goalscope.models.trace import note
 from goalscope.storage.store import EpisodeInfo, Store, new_episode
 
@@ -180,6 +189,19 @@ class Session:
         if self._new is not None:
             self._store.add(self._new)
             self._new = None
+
+    def prepare(self) -> None:
+        """Compute what everyone's first round begins with, while this person is still typing."""
+        if self.agent.rounds or self._settings.preset or not is_local(self.agent.model):
+            return
+        agent, turn, goals = self.agent, Turn(OPENING, "Hello."), [Goal("say hello")]
+        scenarios_like(self._env, turn.utterance, 1)
+        agent.reader.read(turn.utterance)
+        if agent.tracker.likelihood:
+            agent.tracker.likelihood.log_likelihood(self._env.task, [UNSPECIFIED], [turn])
+            agent.goal_manager.proposer.goals(self._env.task, [turn], ())
+            irrelevant(agent.model, self._env.task, goals)
+            objectionable(agent.model, goals)
 
     def run(self) -> Iterator[Round]:
         """Yield each new round as soon as it is on disk."""

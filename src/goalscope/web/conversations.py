@@ -93,6 +93,7 @@ class Conversation:
                 self._opened = self._open(None)
                 self.id = self._opened.id
                 self._ask()
+                worker.submit(self._opened.prepare)
         except BaseException:
             self.close()
             raise
