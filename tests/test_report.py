@@ -213,6 +213,8 @@ def test_the_summary_has_the_papers_loss_beside_goalscopes_of_each_model(tmp_pat
         "own, SmolLM2-135M-Instruct, mine",
     ]
     assert {row["n"] for row in beliefs.rows} == {12}
+    (ways,) = (each for each in found.summary if each.name == "summary-baselines")
+    assert [row["of"] for row in ways.rows] == ["own, 3 goals each, 12 dialogues"]
     assert "cells so far" not in beliefs.columns
     tables = [each for each in found.sections[0].tables if each.name.startswith("dialogues-")]
     for row, table in zip(beliefs.rows, tables, strict=True):
@@ -229,10 +231,8 @@ def test_the_summary_has_what_fitted_methods_reach(tmp_path: Path) -> None:
     found = [({**spec, "fit": fit}, {**result, "fitted": right}) for spec, result in cells]
     fill(tmp_path / "r.db", found)
     report = read_report(tmp_path / "r.db", draw=False)
-    (table,) = (each for each in report.summary if each.name == "summary-fitted")
-    for name in FITTED_METHODS:
-        assert table.rows[0][f"{name}: top-1"].value == 1
-        assert table.rows[0][f"{name}: log-loss"].value == pytest.approx(math.log(2))
+    (table,) = (each for each in report.summary if each.name == "summary-baselines")
+    assert {table.rows[0][name] for name in FITTED_METHODS} == {f"100.0 %, {math.log(2):.3f}"}
     text = " ".join(report.sections[0].tables[1].notes)
     assert "kNN, TF-IDF fitted, vectors fitted: fitted on own:train, which" in text
 

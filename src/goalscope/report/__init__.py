@@ -23,8 +23,8 @@ INTRODUCTION = (
     "log-likelihood of an utterance by some tenths of a nat, and the accuracy of 60 dialogues by "
     "a few points."
 )
-HEADLINES = ("accuracy", "ablation")
-"""Figures that the summary shows; their captions are on the pages of their parts."""
+HEADLINE = "ablation"
+"""The figure that the summary shows; its caption is on the page of its part."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -83,7 +83,7 @@ def write_report(report: Report, file: Path) -> None:
             _write(folder / "figures" / f"{name}.svg", figure.svg)
             alt, caption = map(markdown_text, (figure.caption.partition(". ")[0], figure.caption))
             figures.append(f"![{alt}](figures/{quote(name)}.svg)\n\n{caption}")
-            if figure.name in HEADLINES:
+            if figure.name == HEADLINE:
                 where = f"{quote(folder.name)}/figures/{quote(name)}.svg"
                 headlines.append(f"## {markdown_text(section.title)}\n\n![{alt}]({where})")
         for table in section.tables:

@@ -3,16 +3,23 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Collection, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
-from functools import partial
 
-from goalscope.experiment.dialogues import AS_IN_PAPER, GOALSCOPE, PREDICTORS, SIMILARITIES
+from goalscope.experiment.dialogues import AS_IN_PAPER, GOALSCOPE, SIMILARITIES
 from goalscope.experiment.episodes import TRIVIAL
 from goalscope.experiment.fitted_baselines import FITTED_METHODS
-from goalscope.experiment.summary import Row, Table, few_notes, without_shared
+from goalscope.experiment.summary import (
+    Entry,
+    Estimate,
+    Row,
+    Table,
+    few_notes,
+    without_shared,
+)
 from goalscope.report.sections import Section
 
+BASELINES = (*SIMILARITIES, *FITTED_METHODS)
 PROMPTS = ("question", "question and choices", None)
 
 
@@ -45,22 +52,32 @@ def _one_belief(rows: Sequence[Row]) -> list[Row]:
     return [{**by_predictor[GOALSCOPE], "Eq. 1: log-loss": paper}]
 
 
-def _own_methods(rows: Sequence[Row]) -> list[Row]:
-    """A row for goalscope and each method of one's own after the last turn; none without these."""
-    own = [row for row in _last(rows) if row["predictor"] not in PREDICTORS]
-    return own and [row for row in _last(rows) if row["predictor"] == GOALSCOPE or row in own]
-
-
-def _after_last_turn(predictors: Collection[str], rows: Sequence[Row]) -> list[Row]:
-    """One row with what these predictors reach after the last turn."""
-    last = _last(rows)
+def _baselines(rows: Sequence[Row]) -> list[Row]:
+    """One row with the top-1 and the log-loss of each simpler way after the last turn."""
+    last = {str(row["predictor"]): row for row in _last(rows)}
     entries = {
-        f"{row['predictor']}: {key}": row[key]
-        for row in last
-        if row["predictor"] in predictors
-        for key in ("top-1", "log-loss")
+        way: f"{_bare(last[way]['top-1'])}, {_bare(last[way]['log-loss'])}"
+        for way in BASELINES
+        if way in last
     }
-    return [{"n": last[0]["n"], **entries}] if entries else []
+    return [{"n": rows[-1]["n"], **entries}] if entries else []
+
+
+def _bare(entry: Entry) -> Entry:
+    """A figure without its interval."""
+    return replace(entry, interval=None) if isinstance(entry, Estimate) else entry
+
+
+def _joined(rows: Sequence[Row]) -> list[Row]:
+    """Rows that differ in "of" only as one, whose "of" is what theirs share."""
+    found: dict[tuple[str, ...], Row] = {}
+    for row in rows:
+        key = tuple(f"{name}: {entry}" for name, entry in row.items() if name != "of")
+        told = str(row.get("of")).split(", ")
+        if before := found.get(key):
+            told = [each for each in str(before.get("of")).split(", ") if each in told]
+        found[key] = {**row, "of": ", ".join(told)} if "of" in row else row
+    return [*found.values()]
 
 
 def _side_by_side(rows: Sequence[Row]) -> list[Row]:
@@ -84,28 +101,13 @@ KINDS = (
         _one_belief,
     ),
     _Kind(
-        "similarities",
+        "baselines",
         "Simpler ways to infer goals, on the same dialogues",
         "dialogues-.*",
-        ("of", "n", *(f"{way}: {key}" for way in SIMILARITIES for key in ("top-1", "log-loss"))),
-        "Similarity of the words to each goal, after the last turn.",
-        partial(_after_last_turn, SIMILARITIES),
-    ),
-    _Kind(
-        "fitted",
-        "Simpler ways, fitted on other dialogues of the same sets",
-        "dialogues-.*",
-        ("of", "n", *(f"{way}: {key}" for way in FITTED_METHODS for key in ("top-1", "log-loss"))),
-        "After the last turn. The pages of the parts say what they were fitted on.",
-        partial(_after_last_turn, FITTED_METHODS),
-    ),
-    _Kind(
-        "methods",
-        "Methods of one's own, on the same dialogues",
-        "dialogues-.*",
-        ("of", "predictor", "n", "top-1", "log-loss"),
-        "After the last turn. The pages of the parts compare them in pairs.",
-        _own_methods,
+        ("of", "n", *BASELINES),
+        "Top-1 and log-loss after the last turn; the pages of the parts have intervals. The last "
+        f"{len(FITTED_METHODS)} are fitted on other dialogues of the set, as the pages say.",
+        _baselines,
     ),
     _Kind(
         "episodes",
@@ -125,6 +127,7 @@ KINDS = (
         ("of", "measure", "methods", "pairs", "difference", "p", "p (Holm)"),
         "In percentage points, paired by person. p: two-sided, from a sign-flip permutation test; "
         "p (Holm): corrected for the comparisons of the same people and setting.",
+        lambda rows: [row for row in rows if str(row["methods"]).startswith("good minus")],
     ),
     _Kind(
         "mcq",
@@ -184,6 +187,7 @@ def _table(sections: Sequence[Section], kind: _Kind) -> Table:
                     columns = kind.columns or known
                     shown = {name: known[name] for name in columns if name in known}
                     rows.append({"part": section.name, **shown, **progress})
+    rows = _joined(rows) if kind.rows is _baselines else rows
     if rows and all("of" in row for row in rows):
         labels = without_shared([str(row["of"]) for row in rows])
         rows = [{**row, "of": label} for row, label in zip(rows, labels, strict=True)]
