@@ -135,6 +135,8 @@ def test_kinds_lead_to_items_and_the_nearest_fit_the_goal() -> None:
     ("said", "basket"),
     [
         (["add milk"], {"Whole Milk": 1}),
+        (["add loaf | 2"], {"White Sandwich Bread": 2}),
+        (["add loaf pan"], {"Loaf Pan": 1}),
         (["add milk", "add milk"], {"Whole Milk": 1}),
         (["add milk", "add milk | 2"], {"Whole Milk": 3}),
         (["add eggs | 2 dozen"], {"Large Eggs": 2}),

@@ -150,12 +150,15 @@ class Search:
     @cached_property
     def _synonyms(self) -> dict[tuple[str, ...], str]:
         """For each name of which the shop has nothing, another one of which it has something."""
+        own = WORDS["own"].split()
         known: dict[tuple[str, ...], str] = {}
         for line in WORDS["same"]:
             names = line.split(", ")
             there = next((name for name in reversed(names) if self.named(name)), "")
             known |= {
-                (*singulars(name),): there for name in names if there and not self.named(name)
+                (*singulars(name),): there
+                for name in names
+                if there and (name in own or not self.named(name))
             }
         return known
 
