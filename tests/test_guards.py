@@ -10,7 +10,7 @@ import shops
 from fakes import LampRoom, Plans, WordModel, plans
 from goalscope.agent.agent import Agent
 from goalscope.agent.executor import KEPT_IN_FULL
-from goalscope.agent.guards import SAY_YES, by_number, misses_an_exception
+from goalscope.agent.guards import HARM, SAY_YES, by_number, misses_an_exception
 from goalscope.agent.round import Guess
 from goalscope.base.types import Action
 from goalscope.envs import Resolution
@@ -41,6 +41,33 @@ def test_to_empty_the_basket_waits_for_a_yes_to_the_list_of_what_is_lost() -> No
     agent.step(agent.ask(), "rather not")
     assert len(shop.basket) == 3
     agent.step(agent.ask(), "yes")
+    assert shop.basket == {}
+
+
+def test_an_allergy_that_many_words_hide_is_found_clause_by_clause() -> None:
+    whole = "lunch for her, she is coeliac, so no gluten, and a loaf"
+    reads = {
+        whole: "aim lunch\nadd loaf",
+        "lunch for her,": "aim lunch",
+        "she is coeliac,": "add rye bread",
+        "so no gluten,": "avoid gluten | why allergy",
+        "and a loaf": "add loaf",
+    }
+    shop = shops.shop()
+    agent = agent_in(shop, "no-goals", model=WordModel(REPLIES, reads=reads))
+    round = agent.step("", whole)
+    assert round.reading
+    assert [str(each.do) for each in round.reading.orders] == ["avoid", "aim", "add"]
+    assert "Gluten-Free White Bread" in shop.basket
+    assert round.question == ""
+
+
+def test_where_no_clause_names_what_harms_the_agent_asks() -> None:
+    whole = "he is allergic to work, and two teas"
+    reads = {whole: "add tea | 2", "he is allergic to work,": "none", "and two teas": "add tea | 2"}
+    shop = shops.shop()
+    round = agent_in(shop, "no-goals", model=WordModel(REPLIES, reads=reads)).step("", whole)
+    assert round.question == HARM
     assert shop.basket == {}
 
 

@@ -12,7 +12,7 @@ import numpy as np
 
 from goalscope.agent.answers import UNKNOWN, Answers
 from goalscope.agent.executor import Execution, Executor
-from goalscope.agent.guards import UNSURE, by_number
+from goalscope.agent.guards import UNSURE, by_number, second_look
 from goalscope.agent.people import FALLBACK, OPENING, Human, ask, completes, question_of
 from goalscope.agent.planner import Outcome, Want, replay
 from goalscope.agent.round import Round, retracted
@@ -370,8 +370,11 @@ class Agent:
             for each in self.rounds
             if each.reading
         ]
-        unread: list[str] = []
         here = self.env.state().here
+
+        def clause(said: str, earlier: Sequence[ReadExample]) -> Reading:
+            return self.reader.read(said, before=[*before, *earlier], here=here)
+
         try:
             reading = self.reader.read(
                 turn.utterance,
@@ -379,9 +382,10 @@ class Agent:
                 before=before,
                 here=here,
             )
+            reading = second_look(reading, turn.utterance, clause)
         except UnreadableAnswerError as error:
-            reading, unread = Reading((Order("none"),)), [str(error)]
-        return by_number(reading, turn.utterance, here), unread
+            return Reading((Order("none"),)), [str(error)]
+        return by_number(reading, turn.utterance, here), []
 
     def _observe(self, turn: Turn, reading: Reading | None) -> None:
         """Update the belief (Eq. 1); how much words count as evidence depends on what they do."""

@@ -7,16 +7,18 @@ that except something.
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Sequence
+from contextlib import suppress
 from dataclasses import replace
 from typing import Literal
 
 from goalscope.base.nouns import singular, singulars
 from goalscope.base.text import plain
-from goalscope.base.types import Action
+from goalscope.base.types import Action, UnreadableAnswerError
 from goalscope.language.amounts import figures, word_value
 from goalscope.language.dialogue_state import GRAVE
 from goalscope.language.orders import Order, Reading
+from goalscope.language.reader import SUREST, ReadExample
 
 Awaited = Literal["", "harm", "yes", "word"]
 """What a question waits for: nothing, who may come to harm, a yes as read, or words of a yes."""
@@ -43,6 +45,8 @@ _HARM = re.compile(
 )
 _HINT = re.compile(r"\bthroat\b|hospital", re.IGNORECASE)
 """Words that may be about harm, or only about a cold or a visit: they are asked about once."""
+
+_CLAUSE = re.compile(r"(?<=[.!?;,])\s+|\n+|\s+(?=(?:and|but|so)\s)")
 
 _RANGE = re.compile(r" 1-\d+(?!\w)")
 """Ends what `State.here` shows of things that are told apart by numbers: "egg 1-3"."""
@@ -102,7 +106,31 @@ _DRAWN = re.compile(r"(\w)\1+$")
 def speaks_of_harm(utterance: str, reading: Reading) -> bool:
     """Whether a word of harm was said, but the reading holds no allergy or diet."""
     said = plain(utterance)
-    return not _is_grave(reading) and bool(_HARM.search(said) or _HINT.search(said))
+    grave = any(map(_is_grave, reading.orders))
+    return not grave and bool(_HARM.search(said) or _HINT.search(said))
+
+
+def second_look(
+    reading: Reading, utterance: str, read: Callable[[str, Sequence[ReadExample]], Reading]
+) -> Reading:
+    """The reading with the allergies and diets that are found clause by clause.
+
+    Long words hide them from a small model. Nothing else changes, and only where harm was spoken of
+    and the reading holds none of them.
+
+    Args:
+        reading: Of the whole.
+        utterance: What was said.
+        read: Reads a clause after the clauses before it.
+    """
+    clauses = _CLAUSE.split(plain(utterance)) if speaks_of_harm(utterance, reading) else []
+    past = list[ReadExample]()
+    for clause in clauses if len(clauses) > 1 else ():
+        with suppress(UnreadableAnswerError):
+            past.append(ReadExample("", clause, read(clause, past).orders))
+    limits = [order for each in past for order in each.orders if _is_grave(order)]
+    margins = reading.margins and (*[SUREST] * len(limits), *reading.margins)
+    return replace(reading, orders=(*limits, *reading.orders), margins=margins)
 
 
 def misses_an_exception(utterance: str, order: Order, reading: Reading) -> bool:
@@ -150,10 +178,8 @@ def _numbered(order: Order, said: str) -> Order:
     return replace(order, what=what, quantity=None, where=where)
 
 
-def _is_grave(reading: Reading) -> bool:
-    return any(
-        each.do in ("avoid", "only") and each.what and each.why in GRAVE for each in reading.orders
-    )
+def _is_grave(order: Order) -> bool:
+    return order.do in ("avoid", "only") and bool(order.what) and order.why in GRAVE
 
 
 def is_yes(utterance: str) -> bool:
@@ -207,7 +233,7 @@ def is_wary(said: Iterable[tuple[str, Reading]]) -> bool:
     for age, (utterance, reading) in enumerate(said):
         if speaks_of_harm(utterance, reading) and (age == 0 or _HARM.search(plain(utterance))):
             return True
-        if _is_grave(reading) or any(each.do == "no" for each in reading.orders):
+        if any(_is_grave(each) or each.do == "no" for each in reading.orders):
             return False
     return False
 

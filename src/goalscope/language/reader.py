@@ -68,7 +68,7 @@ _PRODUCT = re.compile(r"\d[^.;!?\d]*? ?(?:[x\u00d7*]|times) ?\d", re.IGNORECASE)
 _PERCENTAGE = re.compile(r"(?<!\S)\S+?[ -]?(?:%|per ?cent|pct)(?!\w)", re.IGNORECASE)
 _UP_TO = 12  # numbers that other words stand for: both, a few, half a dozen
 _RANGE = re.compile(r"\b(\d{1,2})-(\d{1,2})\b")
-_SUREST = 99.0  # nats, where a model reports none
+SUREST = 99.0  # nats, where a model reports none
 
 
 @dataclass(frozen=True, slots=True)
@@ -199,7 +199,7 @@ class Reader:
         doubts = [_is_doubtful(each, message, said_numbers) for each in orders]
         margins = written.margins and self._margins(orders, lines, written.margins)
         if any(doubts):
-            sure = margins or [_SUREST] * len(orders)
+            sure = margins or [SUREST] * len(orders)
             margins = tuple(0.0 if each else m for each, m in zip(doubts, sure, strict=True))
         return Reading(orders, written.log_probability, margins)
 
