@@ -77,6 +77,16 @@ def test_goals_that_differ_by_an_article_are_proposed_once() -> None:
     assert texts(proposed(lines, [Goal("eat her soup"), UNSPECIFIED])) == ["drink soup"]
 
 
+def test_of_goals_that_say_the_same_the_one_that_explains_more_is_proposed() -> None:
+    def same(one: str, other: str) -> bool:
+        return "soup" in one and "soup" in other
+
+    lines = "eat the soup\nsoup soup soup\nsoup in a cup"
+    assert texts(proposed(lines, same=same)) == ["soup soup soup"]
+    assert texts(proposed(lines, [Goal("cook soup"), UNSPECIFIED], same=same)) == []
+    assert texts(proposed(lines, told=["a soup"], same=same)) == ["a soup"]
+
+
 @pytest.mark.parametrize("lines", ["", "none", "none\n", "\n \n", "a", "soup " * 30])
 @pytest.mark.parametrize("weighed", [True, False])
 def test_a_writer_that_names_none_proposes_nothing(lines: str, weighed: bool) -> None:

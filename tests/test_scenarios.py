@@ -3,11 +3,14 @@
 import pytest
 
 from corpus import scenario_from_json
+from fakes import LampRoom
+from goalscope.agent.planner import same_aim
 from goalscope.base.types import InvalidInputError, canonical
-from goalscope.envs.house import HomeRobot
+from goalscope.envs.house import HomeRobot, HouseController
 from goalscope.envs.scenarios import Scenario, shipped_scenarios
 from goalscope.language.orders import orders_from_text
 from goalscope.models.nearest import Nearest
+from shops import shop
 
 CAKE = Scenario("a-1", "grocery", "bake a birthday cake", ("It is my son's birthday.",), ("flour",))
 CAR = Scenario("a-2", "grocery", "wash the car", ("The car is filthy.",), ("sponge",))
@@ -49,6 +52,29 @@ def test_words_that_mean_nothing_here_find_something_all_the_same(text: str) -> 
 def test_among_none_none_is_found() -> None:
     assert Nearest([], str.split)("cake", 4) == []
     assert shipped_scenarios("garden")("a pond", 4) == []
+
+
+@pytest.mark.parametrize(
+    ("one", "other", "same"),
+    [
+        ("bake a cake for my daughter's birthday", "bake a birthday cake", True),
+        ("spring clean the whole house", "clean the whole house", True),
+        ("bake a chocolate cake", "bake a gluten-free cake", False),
+        ("cook Italian for two", "cook Mexican for two", False),
+        ("cook a vegan dinner", "cook a dinner", False),
+    ],
+)
+def test_goals_say_the_same_if_their_words_and_their_scenarios_are_close(
+    one: str, other: str, same: bool
+) -> None:
+    assert same_aim(shop(), one, other) is same_aim(shop(), other, one) is same
+    assert not same_aim(LampRoom(), one, other)
+
+
+def test_opposites_do_not_say_the_same() -> None:
+    assert not same_aim(
+        HomeRobot(HouseController("Kitchen1")), "turn on the lamp", "turn off the lamp"
+    )
 
 
 def test_a_scenario_that_nobody_told_is_found_by_its_aim() -> None:

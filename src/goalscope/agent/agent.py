@@ -14,7 +14,7 @@ from goalscope.agent.answers import UNKNOWN, Answers
 from goalscope.agent.executor import Execution, Executor
 from goalscope.agent.guards import UNSURE, by_number, second_look
 from goalscope.agent.people import FALLBACK, OPENING, Human, ask, completes, question_of
-from goalscope.agent.planner import Outcome, Want, replay
+from goalscope.agent.planner import Outcome, Want, replay, same_aim
 from goalscope.agent.round import Round, retracted
 from goalscope.agent.telling import done_in_words, notes_of
 from goalscope.agent.toolkit import Preset, Toolkit, is_paper, toolkit_of
@@ -157,6 +157,7 @@ class Agent:
             if method == "no-inference"
             else (propose if propose is not None else "paper" if self._is_paper else UNEXPLAINED),
             patience=patience,
+            same=partial(same_aim, env),
         )
         self.rounds: list[Round] = []
         self.tracker: Tracker

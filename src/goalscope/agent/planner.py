@@ -14,10 +14,12 @@ import numpy as np
 from goalscope.agent.round import Guess
 from goalscope.agent.writer import Writer
 from goalscope.base.arrays import Array, Flags
-from goalscope.base.types import Action, GoalscopeError, StepResult, Turn
-from goalscope.envs import Environment, Proactive, execute, is_irreversible
+from goalscope.base.types import Action, Goal, GoalscopeError, StepResult, Turn
+from goalscope.envs import Environment, Proactive, execute, is_irreversible, scenarios_like
 from goalscope.envs.scenarios import Scenario
+from goalscope.language.cues import opposes
 from goalscope.language.dialogue_state import DialogueState
+from goalscope.models.embedding import embedded
 
 
 @dataclass(frozen=True, slots=True)
@@ -208,6 +210,21 @@ class NeedPlanner:
         return [dict(zip(sequences, row, strict=True)) for row in value.tolist()]
 
 
+def same_aim(env: Environment, one: str, other: str) -> bool:
+    """Whether two goals say the same: their words mean nearly that, and scenarios like them agree.
+
+    Words alone do not tell: those of "bake a chocolate cake" and "bake a gluten-free cake" are as
+    close (docs/log.md). Of an environment without scenarios all goals differ.
+    """
+    first, second = embedded([one, other])
+    if first @ second < _CLOSE or opposes(one, Goal(other)):
+        return False
+    near = [{each.id for each in scenarios_like(env, text, _LIKE)} for text in (one, other)]
+    return len(near[0] & near[1]) >= _SHARED
+
+
+_CLOSE, _SHARED = 0.75, 6
+"""Least cosine of two goals that say the same, and least number of nearest scenarios they share."""
 _LIKE = 8
 """Scenarios that vote."""
 _OFFERS = 16

@@ -31,6 +31,9 @@ from goalscope.prompts import render
 Trigger = float | Literal["paper"]
 """When goals are proposed; see `GoalManager`."""
 
+Same = Callable[[str, str], bool]
+"""Whether the texts of two goals say the same."""
+
 UNEXPLAINED = 0.5
 """Probability of Unspecified above which goals are proposed (docs/log.md)."""
 
@@ -130,6 +133,7 @@ class GoalManager:
         patience: A goal is removed after being the least likely for more than this many rounds (n
             in the paper), if it has 5 % or less and two others are left. With "paper" the rounds
             alone count, a goal that was removed may be proposed again, and all may be removed.
+        same: Whether two goals say the same, so that only the better one is added.
     """
 
     def __init__(
@@ -141,6 +145,7 @@ class GoalManager:
         remover: Remover | None = None,
         propose: Trigger = UNEXPLAINED,
         patience: int = 3,
+        same: Same | None = None,
     ) -> None:
         try:
             known = propose == "paper" or 0 <= propose < 1
@@ -157,6 +162,7 @@ class GoalManager:
         self.remover = remover
         self.propose: Trigger = propose
         self.patience = patience
+        self.same = same
         self._cleared: set[Goal] = set()
 
     def manage(
@@ -253,6 +259,7 @@ class GoalManager:
             weights=belief.weights,
             past=[goal for text, goal in past.items() if text not in out],
             told=told,
+            same=self.same,
         )
 
     @during(module="remove")
@@ -354,11 +361,13 @@ def propose(
     past: Sequence[Goal] = (),
     told: Sequence[str] = (),
     keep: int | None = 3,
+    same: Same | None = None,
 ) -> list[GoalChange]:
     """Goals to add to the known ones, those of the belief and its `ruled_out`.
 
     What the person `told` comes first, in their own words. The proposer lists candidates, likeliest
-    first; one that differs from a known goal only by a determiner is none. With a likelihood, the
+    first; one that differs from a known goal only by a determiner is none. With a likelihood, nor
+    is one that says the `same` as a known or a better one. With it, too, the
     goals of the `past`, which had been removed, are candidates, too; those that explain the
     person's words best, and better than no goal, are added, up to `keep` goals in all. Turns count
     by their `weights` (see `Belief.weights`). Without a likelihood, the first ones are added, or
@@ -385,7 +394,11 @@ def propose(
     table = likelihood.log_likelihood(task, [*candidates, UNSPECIFIED], turns)
     table = weighed(table, weights)
     gains: list[float] = (table[:, :-1].sum(axis=0) - table[:, -1].sum()).tolist()
-    best = sorted(zip(candidates, gains, strict=True), key=lambda each: -each[1])[:rest]
+    best = list[tuple[Goal, float]]()
+    for goal, gain in sorted(zip(candidates, gains, strict=True), key=lambda each: -each[1]):
+        others = [*goals, *own.values(), *(better for better, _ in best)]
+        if not (same and any(same(goal.text, other.text) for other in others)):
+            best.append((goal, gain))
     return added + [
         GoalChange(
             "added",
@@ -393,7 +406,7 @@ def propose(
             f"explains what you said ({gain:+.1f} nats)"
             + (", after it had been removed" if goal in past else ""),
         )
-        for goal, gain in best
+        for goal, gain in best[:rest]
         if gain > 0
     ]
 
