@@ -33,7 +33,7 @@ WEIGHTS = "SmolLM2-135M-Instruct.Q4_1.gguf"
 _CACHES = 32  # trees kept at once: one for each goal, and some for other calls in between
 _ONE_TREE = 4096  # tokens; attention looks over the whole tree, so larger ones cost more than save
 _BRANCHES = 1024  # tokens of a tree beside its trunk, where the next tree needs only the trunk
-_CACHE_BYTES = 1 << 30  # of all caches, besides what a computation needs
+_CACHE_BYTES = 1 << 30  # of all caches of the models that share weights
 
 
 class LlamaCpp(LocalModel):
@@ -71,6 +71,7 @@ class LlamaCpp(LocalModel):
         self.threads = threads or processors()
         self.adapter = Path(adapter) if adapter is not None else None
         shared = sharing._weights if sharing else Weights(self.path, remedy=self.remedy)
+        self.busy = sharing.busy if sharing else self.busy
         self.vocabulary = self._weights = shared.share()
         lib, model = self._weights.lib, self._weights.model
         if lib.llama_model_is_recurrent(model) or lib.llama_model_is_hybrid(model):
@@ -237,7 +238,8 @@ class LlamaCpp(LocalModel):
         """The cache that holds most of the paths, or the least recently used if none holds half.
 
         One in `used`, by an earlier group of the same call, is not taken while there are others.
-        The least recently used give their memory back when all together take too much.
+        The least recently used, also those of models that share the weights, give their memory back
+        when all together take too much.
         """
         paths = [[trie.tokens[node] for node in nodes] for nodes in trie.paths]
         free = [cache for cache in self._caches if cache not in used] or self._caches
@@ -246,8 +248,10 @@ class LlamaCpp(LocalModel):
             best = free[0]
         self._caches.remove(best)
         self._caches.append(best)
-        for cache in self._caches[:-1]:
-            if sum(cache.bytes for cache in self._caches) <= _CACHE_BYTES:
+        every = self._weights.used = [each for each in self._weights.used if each is not best]
+        every.append(best)
+        for cache in every[:-1]:
+            if sum(each.bytes for each in every) <= _CACHE_BYTES:
                 break
             cache.free()
         return best
@@ -272,6 +276,7 @@ def processors() -> int:
 
 
 def _free(weights: Weights, caches: Sequence[KVCache]) -> None:
+    weights.used = [each for each in weights.used if each not in caches]
     for cache in caches:
         cache.free()
     weights.release()

@@ -27,6 +27,7 @@ MAX_PATHS = 64
 DOWNLOAD_AGAIN = "Download it again, or choose another file."
 """What to do with a damaged model file."""
 
+_CONTEXT_BYTES = 32 << 20  # of a llama.cpp context besides keys, values and logits
 _BATCH = 512  # most tokens that are decoded at once
 _OUTPUTS = 256  # most logits rows of one batch; at least 2 * MAX_PATHS, as llama.cpp demands
 _F32, _F16 = 0, 1  # ggml types
@@ -41,6 +42,7 @@ class Weights:
         path: The file.
         lib: llama.cpp's functions.
         vocab_size: Number of tokens.
+        used: The caches of all models that share them, the last used last.
     """
 
     def __init__(
@@ -73,6 +75,7 @@ class Weights:
         self._model, self._vocab = model, self.lib.llama_model_get_vocab(model)
         self._adapters: dict[Path, Any] = {}
         self._users = 0
+        self.used = list[KVCache]()
         self.guide: Any = None
         self.vocab_size: int = self.lib.llama_vocab_n_tokens(self.vocab)
 
@@ -242,12 +245,10 @@ class KVCache:
 
     @property
     def bytes(self) -> int:
-        """Memory taken: keys and values, and the logits with the buffer they come from.
-
-        Room for logits is resident as far as it was used.
-        """
-        logits = 2 * self._most_outputs * self._weights.vocab_size * 4
-        return self._cells * self._weights.kv_bytes + logits if self._cells else 0
+        """Memory taken: keys and values, the logits as far as they were used, and the rest."""
+        logits = self._most_outputs * self._weights.vocab_size * 4
+        taken = self._cells * self._weights.kv_bytes + logits + _CONTEXT_BYTES
+        return taken if self._cells else 0
 
     def free(self) -> None:
         """Give the memory back; the cache is then empty."""
