@@ -159,7 +159,8 @@ def test_what_is_held_goes_back_where_no_place_is_said(robot: HomeRobot) -> None
     follow(robot, "pick up fork")
     assert plan(robot, "put fork") == ["put: fork -> drawer 2"]
     follow(robot, "put fork | where table")
-    assert plan(robot, "put fork | where back") == ["put: fork -> drawer 2"]
+    for back in ("back", "its place", "where it was", "where it came from"):
+        assert plan(robot, f"put fork | where {back}") == ["put: fork -> drawer 2"]
 
 
 def test_what_is_cut_stands_for_its_pieces(robot: HomeRobot) -> None:
@@ -320,8 +321,18 @@ ANSWERS = [
     ("ask drawer 1", "Drawer 1 is closed; in it: the spatula."),
     ("ask anything open | about any", "Nothing is open here."),
     ("ask dirty | about any", "Mug 1 is dirty, empty and on the dining table."),
-    ("ask", "The robot's hand is empty. Nothing has been changed yet."),
 ]  # fmt: skip
+
+
+@pytest.mark.parametrize("asked", ["ask", "ask here", "ask room"])
+def test_a_question_that_names_nothing_is_answered_by_what_is_here(robot, asked: str) -> None:
+    told = robot.answer(order(asked), "What is dirty in here?", FREE, pick)
+    status, things, states = told.splitlines()
+    assert status == "The robot's hand is empty. Nothing has been changed yet."
+    assert things.startswith("Here: apple, bowl, bread,")
+    assert "; dirty: mug 1; " in states
+    told = robot.answer(order(asked), "What is on the dining table?", FREE, pick)
+    assert told.startswith("The dining table is on the floor; on it: the bowl, mug 1,")
 
 
 @pytest.mark.parametrize(("said", "told"), ANSWERS)

@@ -65,10 +65,12 @@ PHRASINGS: Mapping[str, str] = {
     "": """how much is it, how much are they, what does it cost, how much does it cost,
     could you undo it, please undo that, do you have it, have you got it, got any, what kinds of
     it do you have, where is it, where are they, is it on, is it gluten free, what is in it,
-    what is in the basket, what is in the basket right now, show me the basket, list the basket,
-    what do you have, what is there, what is the, what about it, tell me about it, what kind of
-    it is it, which is best, can you recommend one, how big is it, what is on offer, what time
-    do you close, what colour is it""",
+    what is in the basket, what is in the basket right now, what is on it now, what is still on
+    it, what is lying around, which things are in it, which things are in the, what things are in
+    this room, what is dirty in here, which room is this, are we in the, show me the basket, list
+    the basket, what do you have, what is there, what is the, what about it, tell me about it,
+    what kind of it is it, which is best, can you recommend one, how big is it, what is on offer,
+    what time do you close, what colour is it""",
 }
 """Examples of each kind, with commas between; "it" stands for the thing."""
 

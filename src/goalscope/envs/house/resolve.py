@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
@@ -22,9 +23,8 @@ _PERSON = frozenset({"me", "us", "here", "hand"})
 _FOR_ALL = frozenset({"close", "turn off", "clean", "empty"})
 """What may be done to everything at once."""
 
-_HOME = frozenset({"back", "its place"})
+_HOME = re.compile(r"back|(?:its|their) places?|where (?:it|they|that|those) .*", re.IGNORECASE)
 """Places that mean where a thing was at the start."""
-
 
 _Thing = Mapping[str, Any]
 """AI2-THOR's metadata of an object."""
@@ -123,7 +123,7 @@ class Resolver:
         if where.casefold() in _PERSON or not where:
             return self._pick_up(order, "")
         table, start = self.view.table, self.start.table
-        places = [] if where.casefold() in _HOME else self._places(where)
+        places = [] if _HOME.fullmatch(where) else self._places(where)
 
         def goals(own: str) -> list[str]:
             home = innermost(start[own], start) if own in start else ""

@@ -6,10 +6,12 @@ import hashlib
 import json
 import math
 from collections.abc import Sequence
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
 
+from goalscope.base.nouns import contains, singulars
 from goalscope.base.types import Action, GoalscopeError, InvalidInputError, Profile, StepResult
 from goalscope.envs import Checks, Pick, Proactive, Resolution, State
 from goalscope.envs.house.actions import (
@@ -317,11 +319,15 @@ class HomeRobot(Proactive):
         return StepResult(action, True, f"{told}.")
 
     def answer(self, question: Order, said: str, dialogue: DialogueState, pick: Pick) -> str:
-        """Where the things asked about are, and in what state; without a name, the status."""
+        """Where the things asked about are, and in what state; without a name, what is here."""
         if question.about in ("total", "enough"):
             return ""
-        if not (question.what or question.where):
-            return self._status()
+        if (question.what or question.where).casefold() in ("", "here", "room"):
+            words = singulars(said)
+            named = [name for name in self.names.values() if contains(words, singulars(name))]
+            if not named:
+                return f"{self._status()}\nHere: {self.room()}.\n{self.state().here}"
+            question = replace(question, what=max(named, key=len))
         return facts_of(Finder(self._view, pick), question)
 
     def checks_met(self, profile: Profile) -> Checks:
