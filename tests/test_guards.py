@@ -71,6 +71,61 @@ def test_where_no_clause_names_what_harms_the_agent_asks() -> None:
     assert shop.basket == {}
 
 
+@pytest.mark.parametrize(
+    ("said", "orders", "held"),
+    [
+        (
+            "yes please, and tea",
+            "yes; add tea | 1",
+            {"Large Eggs", "Bananas", "English Breakfast Tea Bags"},
+        ),
+        ("yeah the eggs, and tea", "yes; add tea", {"Large Eggs", "English Breakfast Tea Bags"}),
+        ("ok, tea", "yes; add tea", {"English Breakfast Tea Bags"}),
+        ("and tea", "yes; add tea", {"English Breakfast Tea Bags"}),
+        ("yes but no eggs, and tea", "no; add tea", {"English Breakfast Tea Bags"}),
+    ],
+)
+def test_a_yes_that_comes_first_counts_beside_other_orders(said, orders, held) -> None:
+    shop = shops.shop()
+    model = WordModel(REPLIES, reads={said: orders.replace("; ", "\n")})
+    agent = agent_in(shop, "no-goals", model=model)
+    model.margins = (0.01, 0.01)
+    round = agent.step("", "add eggs; add bananas")
+    assert round.question.endswith("Shall I?")
+    model.margins = None
+    round = agent.step(agent.ask(), said)
+    assert {*shop.basket} == held
+    assert ("Not done" in " ".join(round.notes)) is (len(held) < 3)
+
+
+@pytest.mark.parametrize(
+    ("said", "orders", "basket"),
+    [
+        ("another milk", "add milk", 2),
+        ("one more carton of milk please", "add milk | 1 carton", 2),
+        ("Two more milk", "add milk | 2", 3),
+        ("a 2nd milk", "add milk | 2", 2),
+        ("milk", "add milk", 1),
+        ("make it 2 milk", "set milk | 2", 2),
+        ("another bread and milk", "add milk", 1),
+    ],
+)
+def test_another_is_one_more_than_there_is(said: str, orders: str, basket: int) -> None:
+    shop, agent = shopping(**{said.replace(" ", "_"): orders})
+    agent.step(agent.ask(), said)
+    assert shop.basket["Whole Milk"] == basket
+
+
+def test_another_is_more_than_was_guessed() -> None:
+    shop = shops.shop()
+    agent = agent_in(shop, model=WordModel(REPLIES, reads={"another milk": "add milk"}))
+    plans(agent, Plans([Action("add item", "Whole Milk")]))
+    agent.step(agent.ask(), "have lamp light please")
+    assert shop.basket == {"Whole Milk": 1}
+    agent.step(agent.ask(), "another milk")
+    assert shop.basket == {"Whole Milk": 2}
+
+
 def test_what_is_excepted_stays_and_is_not_listed() -> None:
     shop, agent = shopping()
     round = agent.step("", "clear | but milk")

@@ -12,7 +12,7 @@ import numpy as np
 
 from goalscope.agent.answers import UNKNOWN, Answers
 from goalscope.agent.executor import Execution, Executor
-from goalscope.agent.guards import UNSURE, by_number, second_look
+from goalscope.agent.guards import UNSURE, by_number, second_look, with_more
 from goalscope.agent.people import FALLBACK, OPENING, Human, ask, completes, question_of
 from goalscope.agent.planner import Outcome, Want, replay, same_aim
 from goalscope.agent.round import Round, retracted
@@ -386,7 +386,7 @@ class Agent:
             reading = second_look(reading, turn.utterance, clause)
         except UnreadableAnswerError as error:
             return Reading((Order("none"),)), [str(error)]
-        return by_number(reading, turn.utterance, here), []
+        return by_number(with_more(reading, turn.utterance), turn.utterance, here), []
 
     def _observe(self, turn: Turn, reading: Reading | None) -> None:
         """Update the belief (Eq. 1); how much words count as evidence depends on what they do."""

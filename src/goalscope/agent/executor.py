@@ -12,6 +12,7 @@ from goalscope.agent.guards import (
     SAY_YES,
     Awaited,
     agrees,
+    begins_with_yes,
     excepts,
     is_wary,
     is_yes,
@@ -216,7 +217,10 @@ class Executor:
                 ]
             ),
         )
-        if rounds and rounds[-1].pending and not released:
+        left = [each for each in rounds[-1].pending if each not in released] if rounds else []
+        if left and released:
+            done.notes.append(NOT_CONFIRMED.format("you said something else", _told(left)))
+        elif left:
             self._keep_or_drop(rounds[-1], done)
         self._undo(rounds, done)
         done.dialogue = self.dialogue_state(
@@ -352,18 +356,24 @@ class Executor:
     ) -> tuple[Order, ...]:
         """The orders that waited for a yes to the last question, if these words are one.
 
-        A yes stands alone, or beside the same orders: with other orders the state would no longer
-        be the one that was shown. What waits for words of agreement needs them besides.
+        A yes stands alone, or beside the same orders. Beside others it must come first, and then
+        releases what can be undone: what it names, or all if it names none. What waits for words of
+        agreement needs them alone: with other orders the state would no longer be the one shown.
         """
         last = rounds[-1] if rounds else None
         if not last or last.awaits == "harm" or last.state != self._env.state().fingerprint:
             return ()
-        said = turn.utterance
-        agreed = bool(reading.orders) and {*reading.orders} <= {Order("yes"), *last.pending}
-        agreed &= not is_question(said)
-        if last.awaits == "word":
-            agreed &= agrees(said, last.pending, last.listed)
-        return last.pending if confirmed or agreed or is_yes(said) else ()
+        said, waits_for_words = turn.utterance, last.awaits == "word"
+        if confirmed or is_yes(said):
+            return last.pending
+        if {*reading.orders} <= {Order("yes"), *last.pending}:
+            agreed = bool(reading.orders) and not is_question(said)
+            agreed &= not waits_for_words or agrees(said, last.pending, last.listed)
+            return last.pending if agreed else ()
+        if waits_for_words or reading.tells("no") or not begins_with_yes(said):
+            return ()
+        words = singulars(said)
+        return tuple(o for o in last.pending if mentions(words, o.what)) or last.pending
 
     def _undo(self, rounds: Sequence[Round], done: Execution) -> None:
         """Undo the last rounds, guesses included."""

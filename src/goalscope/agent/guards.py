@@ -17,7 +17,7 @@ from goalscope.base.text import plain
 from goalscope.base.types import Action, UnreadableAnswerError
 from goalscope.language.amounts import figures, word_value
 from goalscope.language.dialogue_state import GRAVE
-from goalscope.language.orders import Order, Reading
+from goalscope.language.orders import MORE, Order, Reading
 from goalscope.language.reader import SUREST, ReadExample
 
 Awaited = Literal["", "harm", "yes", "word"]
@@ -61,6 +61,9 @@ _EXCEPTS = re.compile(
 )
 """Words that except something from what is said."""
 
+_MORE = r"\b(?:another|(?:(\d+) )?(?:more|extra)|second|2nd)(?: [\w-]+)?(?: of)? {thing}"
+"""What is said where there is to be more of a thing than there is."""
+
 _DENIES = (
     r"\bnot (?:the |my |any )?{thing}\b"
     r"|\b{thing}\b.*\b(?:no|forget|scratch|scrap|skip|drop) (?:the |my |any )?{thing}\b"
@@ -98,6 +101,7 @@ man, bro, boss, pal, bud, friend, my friend, sir, madam, robot, :), \N{SLIGHTLY 
 """
 """What may stand beside it: nothing that doubts, denies, chooses, delays or sets a condition."""
 
+_YES = re.compile(r"(?:yes|yep|yeah|yup|yea|aye|sure)\b", re.IGNORECASE)
 _MARKS = ".,!;'\"*-"
 _WORD = re.compile(r"[\s-]+|(?<=\w)[.,!;](?=\w)")
 _DRAWN = re.compile(r"(\w)\1+$")
@@ -147,6 +151,19 @@ def excepts(utterance: str, reading: Reading) -> bool:
     return bool(_EXCEPTS.search(plain(utterance))) and not spared
 
 
+def with_more(reading: Reading, utterance: str) -> Reading:
+    """A reading in which "another milk", or "2 more", has `MORE` behind its unit."""
+    said = _in_figures(figures(plain(utterance)))
+
+    def more(order: Order) -> Order:
+        thing = re.escape(order.what)
+        found = order.what and re.search(_MORE.format(thing=thing), said, re.IGNORECASE)
+        unit = f"{order.unit} {MORE}".strip()
+        return replace(order, quantity=float(found[1] or 1), unit=unit) if found else order
+
+    return replace(reading, orders=tuple(map(more, reading.orders)))
+
+
 def by_number(reading: Reading, utterance: str, here: str) -> Reading:
     """A reading in which "crack egg 3" names one egg, if `State.here` has things with numbers."""
     if not _RANGE.search(here):
@@ -185,6 +202,11 @@ def _is_grave(order: Order) -> bool:
 def is_yes(utterance: str) -> bool:
     """Whether the utterance is the word that `SAY_YES` asks for; no reading is trusted here."""
     return plain(utterance).casefold().strip(" \t\n.!\"'") == "yes"
+
+
+def begins_with_yes(utterance: str) -> bool:
+    """Whether a yes comes first; "ok" and "right" may as well begin something new."""
+    return bool(_YES.match(plain(utterance).strip()))
 
 
 def agrees(utterance: str, waiting: Sequence[Order], listed: Sequence[Action]) -> bool:

@@ -19,6 +19,9 @@ from goalscope.base.types import InvalidInputError
 SLOTS = ("what", "quantity", "but", "for", "where", "if", "why", "about")
 """The slots of an order; `unit` goes with `quantity`."""
 
+MORE = "more"
+"""The end of a unit where there is to be so many more than there are: "add milk | 1 more"."""
+
 ANY_VERB = ("but", "if")
 """The slots that every verb takes."""
 

@@ -20,7 +20,7 @@ from goalscope.envs.grocery.quantities import packages
 from goalscope.envs.grocery.search import Search
 from goalscope.envs.scenarios import Scenario, shipped_scenarios
 from goalscope.language.dialogue_state import DialogueState, exceptions
-from goalscope.language.orders import Order, Verb, with_examples
+from goalscope.language.orders import MORE, Order, Verb, with_examples
 
 NAMES = (envs.SEARCH, "add item", "remove item", "buy basket")
 """What can be done here."""
@@ -151,7 +151,12 @@ class GroceryShop(Proactive):
         return replace(found, warning=bounds.unknown(filter(None, coming)))
 
     def _add(self, order: Order, bounds: Bounds, dialogue: DialogueState) -> Resolution:
-        """More of a thing, or exactly so many of it; a guess counts towards what is asked for."""
+        """More of a thing, or exactly so many of it; a guess counts towards what is asked for.
+
+        It does not where there is to be more than there is: "another milk".
+        """
+        more = order.unit.endswith(MORE)
+        order = replace(order, unit=order.unit.removesuffix(MORE).strip())
         said, before = order.what, self._asked_for(dialogue, order)
         item = self._chooser.meant(said, bounds, self._basket)
         if item is None and order.quantity is None:
@@ -165,8 +170,9 @@ class GroceryShop(Proactive):
             return Resolution(why=note)
         if order.quantity is None and held:
             number = 0
-        elif order.do == "set" or item not in (
-            self._chooser.meant(each, bounds, self._basket) for each in before
+        elif not more and (
+            order.do == "set"
+            or item not in (self._chooser.meant(each, bounds, self._basket) for each in before)
         ):
             number -= held
         if not number:
