@@ -125,6 +125,29 @@ def test_models_with_several_adapters_share_weights_and_answer_as_alone() -> Non
         model.close()
 
 
+def test_models_that_share_weights_share_the_bound_on_memory(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    monkeypatch.setattr("goalscope.models.llama.model._CACHE_BYTES", 100 << 20)
+    plain = LlamaCpp()
+    models = [plain, *(LlamaCpp(adapter=shipped(a), sharing=plain) for a in ("reader", "writer"))]
+    weights = plain.vocabulary
+    assert weights
+    for text in ("tea", "cake", "soup"):
+        for model in models:
+            prompt = [Message("user", f"{text} " * 40)]
+            before = model.token_logprobs([prompt], ["Yes, please."])
+            assert sum(cache.bytes for cache in weights.used) < 150 << 20
+            assert sum(cache.bytes > 0 for cache in weights.used) > 1 or model is plain
+            (again,) = model.token_logprobs([prompt], ["Yes, please."])
+            np.testing.assert_allclose(again, before[0], atol=TOLERANCE)
+    models.pop().close()
+    assert len(weights.used) <= 6
+    for model in models:
+        model.close()
+    assert weights.used == []
+
+
 def test_writing_goes_on_where_the_cache_has_to_grow(model: LlamaCpp) -> None:
     text = {"type": "string", "minLength": 60, "maxLength": 80}
     prompt = [Message("user", "banana " * 990)]
