@@ -17,6 +17,7 @@ from goalscope.models.opening import ModelSet, open_model
 from goalscope.storage.session import Session
 from goalscope.storage.store import Store
 from lamps import RANKS, REPLIES, agent_in
+from shops import shop
 
 LIGHT, SLEEP = Goal("have lamp light"), Goal("sleep without light")
 
@@ -48,6 +49,14 @@ def test_the_agent_acts_on_the_k_likeliest_goals(k) -> None:
     agent = plans(agent_in(LampRoom(), k=k), planner)
     agent.step("What now?", "have lamp light please")
     assert planner.wants == [[LIGHT.text, SLEEP.text][:k]]
+
+
+def test_an_order_of_which_nothing_comes_may_tell_an_aim() -> None:
+    planner, model = Watches(), WordModel(REPLIES)
+    agent = plans(agent_in(shop(), "no-goals", model=model), planner)
+    for said in ("add milk", "add milk", "add eggs; add caviar", "remove caviar", "add spag bol"):
+        agent.step("What now?", said)
+        assert len(planner.wants) == (said == "add spag bol"), said
 
 
 def test_goals_that_cannot_be_read_change_none() -> None:

@@ -461,10 +461,10 @@ class Agent:
         """Whether something may be done unasked.
 
         Nothing is, after words of harm, after a question that tells no aim, while something else
-        waits, or once the task has ended.
+        waits, or once the task has ended. An order in vain may tell an aim: "get me spag bol".
         """
         asks = is_question(turn.utterance)
-        has_aim = reading.tells("aim") if asks else self._has_aim(reading)
+        has_aim = reading.tells("aim") if asks else self._has_aim(reading) or done.in_vain
         return has_aim and not (done.wary or done.kept or done.ended)
 
     def _has_aim(self, reading: Reading) -> bool:

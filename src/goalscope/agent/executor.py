@@ -84,6 +84,7 @@ class Execution:
         reasons: Why each of them waits.
         end: End of the question about them.
         notes: What to tell the person.
+        missing: Whether an order named what is not here.
         given_up: Guesses that were taken back with the goals that they served.
         offer: Question whether to take back, too, what was asked for then.
         dialogue: The state of the dialogue after these words.
@@ -105,6 +106,7 @@ class Execution:
     reasons: list[str] = field(default_factory=list[str])
     end: str = "Shall I?"
     notes: list[str] = field(default_factory=list[str])
+    missing: bool = False
     given_up: tuple[Guess, ...] = ()
     offer: str = ""
     dialogue: DialogueState = field(default_factory=DialogueState)
@@ -162,6 +164,11 @@ class Execution:
         if not self.pending:
             return ""
         return "word" if self.end in (CONFIRM, SAY_YES) else "yes"
+
+    @property
+    def in_vain(self) -> bool:
+        """Whether nothing came of the orders, as there are no such things."""
+        return self.missing and not (self.results or self.failed or self.pending)
 
     @property
     def ended(self) -> bool:
@@ -320,6 +327,7 @@ class Executor:
             done.hold(order, reason, found.actions, grave=True)
             return
         done.notes += [found.why] if found.why else []
+        done.missing |= found.missing
         irreversible = (by_verb and self._verbs[order.do].irreversible) or any(
             is_irreversible(self._env, action) for action in found.actions
         )

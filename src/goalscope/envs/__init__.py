@@ -61,11 +61,13 @@ class Resolution:
             actions do all of it.
         warning: One line to add once the actions are executed, such as that nobody knows whether
             a thing is free of nuts; "" for nothing.
+        missing: Whether there is no such thing. Then the words may tell an aim: "get me spag bol".
     """
 
     actions: tuple[Action, ...] = ()
     why: str = ""
     warning: str = ""
+    missing: bool = False
 
 
 @dataclass(frozen=True, slots=True)

@@ -116,6 +116,7 @@ class GroceryShop(Proactive):
                 tuple(action for part in found for action in part.actions),
                 " ".join(filter(None, (part.why for part in found))),
                 " ".join(filter(None, (part.warning for part in found))),
+                any(part.missing for part in found),
             )
         match order.do:
             case "undo":
@@ -164,7 +165,8 @@ class GroceryShop(Proactive):
             order = replace(order, what=what, quantity=quantity)
             item = self._chooser.meant(what, bounds, self._basket)
         if item is None:
-            return Resolution(why=self._chooser.lacking(said, bounds))
+            missing = self._chooser.meant(said, Bounds()) is None
+            return Resolution(why=self._chooser.lacking(said, bounds), missing=missing)
         (number, note), held = packages(order, item), self._basket.get(item, 0)
         if note and not number:
             return Resolution(why=note)
