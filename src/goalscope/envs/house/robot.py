@@ -31,7 +31,7 @@ from goalscope.envs.house.resolve import Resolver
 from goalscope.envs.house.simulator.object_types import LASTING, PREDICATES
 from goalscope.envs.house.simulator.state import is_whole
 from goalscope.envs.house.simulator.world import Controller
-from goalscope.envs.house.view import View, readable, the
+from goalscope.envs.house.view import STATES, View, readable, the
 from goalscope.envs.scenarios import Scenario, shipped_scenarios
 from goalscope.language.dialogue_state import DialogueState, exceptions
 from goalscope.language.matcher import Matcher
@@ -325,9 +325,10 @@ class HomeRobot(Proactive):
         if (question.what or question.where).casefold() in ("", "here", "room"):
             words = singulars(said)
             named = [name for name in self.names.values() if contains(words, singulars(name))]
-            if not named:
-                return f"{self._status()}\nHere: {self.room()}.\n{self.state().here}"
-            question = replace(question, what=max(named, key=len))
+            states = [f"anything {word}" for _, word in STATES if word in words]
+            if not (named or states):
+                return f"{self._status()}\nHere: {self.room()}."
+            question = replace(question, what=max(named, key=len, default=(*states, "")[0]))
         return facts_of(Finder(self._view, pick), question)
 
     def checks_met(self, profile: Profile) -> Checks:
