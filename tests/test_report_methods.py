@@ -1,6 +1,5 @@
 """Figures and tables that compare methods."""
 
-from itertools import combinations
 from pathlib import Path
 
 import pytest
@@ -117,7 +116,7 @@ def test_the_summary_has_the_methods_side_by_side_and_shows_the_figure(tmp_path:
             assert row[f"{each['method']}, score"] == each["score"]
             assert row[f"{each['method']}, unwanted"] == each["unwanted"] == 1
     told = {row["methods"] for row in differences}
-    assert told == {f"{one} minus {other}" for one, other in combinations(METHODS, 2)}
+    assert told == {f"{METHODS[0]} minus {other}" for other in METHODS[1:]}
     write_report(found, tmp_path / "out.md")
     text = (tmp_path / "out.md").read_text(encoding="utf-8")
     assert text.count("![") == text.count("](out/figures/r-ablation.svg)") == 1

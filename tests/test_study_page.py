@@ -63,7 +63,7 @@ def shown(page: Page) -> tuple[int, str]:
 
 def test_from_consent_to_the_end_with_every_mishap(file: Path, address: str, enter) -> None:
     page = enter(address)
-    following = page.get_by_role("button", name="Next")
+    following = page.get_by_role("button", name=re.compile("Next|Finish"))
     page.get_by_role("button", name="Take part").click()
     expect(page.get_by_role("heading", name=PLAN.title)).to_be_visible()  # not without consent
     page.get_by_role("checkbox").check()

@@ -80,6 +80,11 @@ def _joined(rows: Sequence[Row]) -> list[Row]:
     return [*found.values()]
 
 
+def _first(row: Row) -> str:
+    """The method from which another is subtracted."""
+    return str(row["methods"]).partition(" minus ")[0]
+
+
 def _side_by_side(rows: Sequence[Row]) -> list[Row]:
     """One row with the scores of all methods and trivial policies, and the methods' unwanted."""
     methods = [row for row in rows if row["method"] not in TRIVIAL]
@@ -127,7 +132,7 @@ KINDS = (
         ("of", "measure", "methods", "pairs", "difference", "p", "p (Holm)"),
         "In percentage points, paired by person. p: two-sided, from a sign-flip permutation test; "
         "p (Holm): corrected for the comparisons of the same people and setting.",
-        lambda rows: [row for row in rows if str(row["methods"]).startswith("good minus")],
+        lambda rows: [row for row in rows if _first(row) == _first(rows[0])],
     ),
     _Kind(
         "mcq",

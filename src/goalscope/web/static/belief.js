@@ -97,7 +97,6 @@ export class Bars {
     row.bar.setAttribute("class", `bar ${goal.unspecified ? "unspecified" : colours.get(goal.text)}`);
     setText(row.percent, percent(goal.probability));
     setText(row.arrow, Math.abs(change) < NOTABLE ? "" : change > 0 ? "\u25b2" : "\u25bc");
-    row.arrow.classList.toggle("down", change < 0);
     row.arrow.title = old === undefined ? "" : `before: ${percent(old)}`;
     setText(row.change, Math.abs(change) < NOTABLE ? "" : change > 0 ? ", up" : ", down");
     row.pin.hidden = !goal.pinned;
@@ -178,7 +177,7 @@ function told(belief) {
   const number = Math.exp(belief.entropy);
   if (number < 1.15) return "I am nearly certain.";
   if (number < 1.8) return "I am quite sure.";
-  return `I am not sure yet: it could be any of ${Math.round(number)}.`;
+  return "I am not sure yet: it may be one of these, or something else.";
 }
 
 /** Numbers in a reason, which a person sees on demand. */

@@ -137,7 +137,7 @@ function question(place, item) {
   const ratings = study.scale.map((words, rating) => ratingField(rating, words, before.rating === rating));
   const why = h("textarea", { id: "why", name: "why", rows: 3, maxlength: 4000, required: true, "aria-describedby": "least" });
   why.value = before.explanation;
-  const next = h("button", { type: "submit", class: "primary large" }, "Next");
+  const next = h("button", { type: "submit", class: "primary large" }, place === study.answered.length ? "Finish" : "Next");
   const form = h(
     "form",
     { class: "rating", novalidate: true },
