@@ -116,6 +116,14 @@ def test_another_is_one_more_than_there_is(said: str, orders: str, basket: int) 
     assert shop.basket["Whole Milk"] == basket
 
 
+def test_no_more_of_a_thing_is_none_of_it() -> None:
+    shop, agent = shopping(**{"more_milk": "add milk | 2", "no_more_milk": "remove milk"})
+    agent.step(agent.ask(), "more milk")
+    assert shop.basket["Whole Milk"] == 2
+    agent.step(agent.ask(), "no more milk")
+    assert "Whole Milk" not in shop.basket
+
+
 def test_another_is_more_than_was_guessed() -> None:
     shop = shops.shop()
     agent = agent_in(shop, model=WordModel(REPLIES, reads={"another milk": "add milk"}))

@@ -386,7 +386,8 @@ class Agent:
             reading = second_look(reading, turn.utterance, clause)
         except UnreadableAnswerError as error:
             return Reading((Order("none"),)), [str(error)]
-        return by_number(with_more(reading, turn.utterance), turn.utterance, here), []
+        reading = with_more(reading, turn.utterance, self.env.verbs)
+        return by_number(reading, turn.utterance, here), []
 
     def _observe(self, turn: Turn, reading: Reading | None) -> None:
         """Update the belief (Eq. 1); how much words count as evidence depends on what they do."""

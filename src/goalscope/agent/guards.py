@@ -17,7 +17,7 @@ from goalscope.base.text import plain
 from goalscope.base.types import Action, UnreadableAnswerError
 from goalscope.language.amounts import figures, word_value
 from goalscope.language.dialogue_state import GRAVE
-from goalscope.language.orders import MORE, Order, Reading
+from goalscope.language.orders import MORE, Order, Reading, Verb
 from goalscope.language.reader import SUREST, ReadExample
 
 Awaited = Literal["", "harm", "yes", "word"]
@@ -151,13 +151,21 @@ def excepts(utterance: str, reading: Reading) -> bool:
     return bool(_EXCEPTS.search(plain(utterance))) and not spared
 
 
-def with_more(reading: Reading, utterance: str) -> Reading:
-    """A reading in which "another milk", or "2 more", has `MORE` behind its unit."""
+def with_more(reading: Reading, utterance: str, verbs: Iterable[Verb]) -> Reading:
+    """A reading in which "another milk", or "2 more", has `MORE` behind its unit.
+
+    Args:
+        reading: Of the utterance.
+        utterance: What was said.
+        verbs: The domain's; those that count things and take none away are for more.
+    """
+    brings = {verb.name for verb in verbs if "quantity" in verb.slots and not verb.takes_away}
     said = _in_figures(figures(plain(utterance)))
 
     def more(order: Order) -> Order:
         thing = re.escape(order.what)
-        found = order.what and re.search(_MORE.format(thing=thing), said, re.IGNORECASE)
+        may = order.do in brings and bool(order.what)
+        found = may and re.search(_MORE.format(thing=thing), said, re.IGNORECASE)
         unit = f"{order.unit} {MORE}".strip()
         return replace(order, quantity=float(found[1] or 1), unit=unit) if found else order
 
