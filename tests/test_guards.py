@@ -116,6 +116,24 @@ def test_another_is_one_more_than_there_is(said: str, orders: str, basket: int) 
     assert shop.basket["Whole Milk"] == basket
 
 
+@pytest.mark.parametrize(
+    ("said", "waits"),
+    [
+        ("from scratch, no cake mix", True),
+        ("No more cake mix please", True),
+        ("we have no cake mix", False),
+        ("there's no cake mix left", False),
+        ("cake mix, no rush", False),
+    ],
+)
+def test_what_is_not_to_come_is_asked_about_if_it_was_read_as_an_order(said, waits) -> None:
+    shop = shops.shop()
+    model = WordModel(REPLIES, reads={said: "add cake mix"})
+    round = agent_in(shop, "no-goals", model=model).step("", said)
+    assert round.question.endswith("Shall I?") is waits
+    assert (shop.basket == {}) is waits
+
+
 def test_no_more_of_a_thing_is_none_of_it() -> None:
     shop, agent = shopping(**{"more_milk": "add milk | 2", "no_more_milk": "remove milk"})
     agent.step(agent.ask(), "more milk")

@@ -308,7 +308,9 @@ class Executor:
             return
         new, reason, limit = order not in done.released, "", None
         said, binds = done.turn.utterance, not by_verb and order.why not in GRAVE
-        missed = new and (by_verb or binds) and misses_an_exception(said, order, done.reading)
+        brings = by_verb and order.do not in self._takes_away and not order.for_
+        missed = misses_an_exception(said, order, done.reading, brings=brings)
+        missed = missed and new and (by_verb or binds)
         if new and not (by_verb or binds) and excepts(said, done.reading):
             done.notes.append(KEPT_IN_FULL.format(_told([order])))
         if by_verb and new:

@@ -61,6 +61,12 @@ _EXCEPTS = re.compile(
 )
 """Words that except something from what is said."""
 
+_NONE = (
+    r"(?<!have )(?<!has )(?<!had )(?<!got )(?<!'s )(?<!'ve )(?<!is )(?<!are )(?<!was )(?<!there )"
+    r"\bno (?:more )?{thing}\b(?! left)"
+)
+"""What is said of a thing that is not to come; "we have no milk" is a reason to order some."""
+
 _MORE = r"\b(?:another|(?:(\d+) )?(?:more|extra)|second|2nd)(?: [\w-]+)?(?: of)? {thing}"
 """What is said where there is to be more of a thing than there is."""
 
@@ -137,10 +143,15 @@ def second_look(
     return replace(reading, orders=(*limits, *reading.orders), margins=margins)
 
 
-def misses_an_exception(utterance: str, order: Order, reading: Reading) -> bool:
-    """Whether an exception was said that the reading lacks, or the very thing was taken back."""
+def misses_an_exception(
+    utterance: str, order: Order, reading: Reading, *, brings: bool = False
+) -> bool:
+    """Whether an exception was said that the reading lacks, or the very thing was taken back.
+
+    Of an order that `brings` a thing, also whether none of it was to come.
+    """
     thing = re.escape(order.what)
-    denies = _DENIES.format(thing=thing)
+    denies = (f"{_DENIES}|{_NONE}" if brings else _DENIES).format(thing=thing)
     denied = thing and re.search(denies, plain(utterance), re.IGNORECASE)
     return bool(denied) or excepts(utterance, reading)
 
