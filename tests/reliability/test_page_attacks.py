@@ -145,7 +145,7 @@ def test_nothing_that_is_said_or_stored_is_run(
         assert page.evaluate("window.ran") is None
         page.get_by_role("radio").first.check()
         page.get_by_label("Why?").fill("".join(PAYLOADS)[:3000])
-        page.get_by_role("button", name="Next").click()
+        page.get_by_role("button", name="Finish").click()
         expect(page.get_by_role("heading", name="Thank you")).to_be_visible()
         page.wait_for_load_state("networkidle")
         assert page.evaluate("window.ran") is None
