@@ -372,18 +372,11 @@ class Agent:
             if each.reading
         ]
         here = self.env.state().here
-
-        def clause(said: str, earlier: Sequence[ReadExample]) -> Reading:
-            return self.reader.read(said, before=[*before, *earlier], here=here)
-
+        read = partial(self.reader.read, here=here)
+        question = "" if completes(self.env, turn.utterance) else _question_of(turn)
         try:
-            reading = self.reader.read(
-                turn.utterance,
-                question="" if completes(self.env, turn.utterance) else _question_of(turn),
-                before=before,
-                here=here,
-            )
-            reading = second_look(reading, turn.utterance, clause)
+            reading = read(turn.utterance, question=question, before=before)
+            reading = second_look(reading, turn.utterance, before, read)
         except UnreadableAnswerError as error:
             return Reading((Order("none"),)), [str(error)]
         reading = with_more(reading, turn.utterance, self.env.verbs)

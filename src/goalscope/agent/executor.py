@@ -309,9 +309,10 @@ class Executor:
         new, reason, limit = order not in done.released, "", None
         said, binds = done.turn.utterance, not by_verb and order.why not in GRAVE
         brings = by_verb and order.do not in self._takes_away and not order.for_
-        missed = misses_an_exception(said, order, done.reading, brings=brings)
-        missed = missed and new and (by_verb or binds)
-        if new and not (by_verb or binds) and excepts(said, done.reading):
+        missed = False
+        if new and (by_verb or binds):
+            missed = misses_an_exception(said, order, done.reading, brings=brings)
+        elif new and excepts(said, done.reading):
             done.notes.append(KEPT_IN_FULL.format(_told([order])))
         if by_verb and new:
             limit = None if order.do in self._takes_away else done.dialogue.forbids(order)

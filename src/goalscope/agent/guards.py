@@ -1,7 +1,7 @@
 """Guards on what was read: against harm, misreadings, conditions and irreversible actions.
 
-The only English in them are short lists: stems of words of harm, words of agreement, and words
-that except something.
+The only English in them are short lists: stems of words of harm, words of agreement, words that
+except something, and those for more of it or none.
 """
 
 from __future__ import annotations
@@ -47,6 +47,7 @@ _HINT = re.compile(r"\bthroat\b|hospital", re.IGNORECASE)
 """Words that may be about harm, or only about a cold or a visit: they are asked about once."""
 
 _CLAUSE = re.compile(r"(?<=[.!?;,])\s+|\n+|\s+(?=(?:and|but|so)\s)")
+"""What stands between clauses."""
 
 _RANGE = re.compile(r" 1-\d+(?!\w)")
 """Ends what `State.here` shows of things that are told apart by numbers: "egg 1-3"."""
@@ -121,7 +122,10 @@ def speaks_of_harm(utterance: str, reading: Reading) -> bool:
 
 
 def second_look(
-    reading: Reading, utterance: str, read: Callable[[str, Sequence[ReadExample]], Reading]
+    reading: Reading,
+    utterance: str,
+    before: Sequence[ReadExample],
+    read: Callable[..., Reading],
 ) -> Reading:
     """The reading with the allergies and diets that are found clause by clause.
 
@@ -131,13 +135,15 @@ def second_look(
     Args:
         reading: Of the whole.
         utterance: What was said.
-        read: Reads a clause after the clauses before it.
+        before: What was said earlier, with its readings.
+        read: Reads a clause after what was said `before` it; see `Reader.read`.
     """
     clauses = _CLAUSE.split(plain(utterance)) if speaks_of_harm(utterance, reading) else []
     past = list[ReadExample]()
     for clause in clauses if len(clauses) > 1 else ():
         with suppress(UnreadableAnswerError):
-            past.append(ReadExample("", clause, read(clause, past).orders))
+            part = read(clause, before=[*before, *past])
+            past.append(ReadExample("", clause, part.orders))
     limits = [order for each in past for order in each.orders if _is_grave(order)]
     margins = reading.margins and (*[SUREST] * len(limits), *reading.margins)
     return replace(reading, orders=(*limits, *reading.orders), margins=margins)

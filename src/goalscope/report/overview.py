@@ -28,7 +28,8 @@ class _Kind:
     """A kind of tables (`pattern` matches their names), and what the summary shows of them.
 
     The column "of" is what a table's title says after the colon; `rows` chooses or makes the rows
-    to show, with all their columns where `columns` is empty.
+    to show, with all their columns where `columns` is empty. Rows `without_model` are
+    shown once, where the tables of several models have them.
     """
 
     name: str
@@ -37,6 +38,7 @@ class _Kind:
     columns: tuple[str, ...]
     note: str
     rows: Callable[[Sequence[Row]], Sequence[Row]] = lambda rows: rows
+    without_model: bool = False
 
 
 def _last(rows: Sequence[Row]) -> list[Row]:
@@ -73,10 +75,9 @@ def _joined(rows: Sequence[Row]) -> list[Row]:
     found: dict[tuple[str, ...], Row] = {}
     for row in rows:
         key = tuple(f"{name}: {entry}" for name, entry in row.items() if name != "of")
-        told = str(row.get("of")).split(", ")
-        if before := found.get(key):
-            told = [each for each in str(before.get("of")).split(", ") if each in told]
-        found[key] = {**row, "of": ", ".join(told)} if "of" in row else row
+        told = str(row["of"]).split(", ")
+        before = str(found.get(key, row)["of"]).split(", ")
+        found[key] = {**row, "of": ", ".join(each for each in before if each in told)}
     return [*found.values()]
 
 
@@ -113,6 +114,7 @@ KINDS = (
         "Top-1 and log-loss after the last turn; the pages of the parts have intervals. The last "
         f"{len(FITTED_METHODS)} are fitted on other dialogues of the set, as the pages say.",
         _baselines,
+        without_model=True,
     ),
     _Kind(
         "episodes",
@@ -192,7 +194,7 @@ def _table(sections: Sequence[Section], kind: _Kind) -> Table:
                     columns = kind.columns or known
                     shown = {name: known[name] for name in columns if name in known}
                     rows.append({"part": section.name, **shown, **progress})
-    rows = _joined(rows) if kind.rows is _baselines else rows
+    rows = _joined(rows) if kind.without_model else rows
     if rows and all("of" in row for row in rows):
         labels = without_shared([str(row["of"]) for row in rows])
         rows = [{**row, "of": label} for row, label in zip(rows, labels, strict=True)]

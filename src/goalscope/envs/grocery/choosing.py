@@ -11,7 +11,7 @@ from goalscope.envs.grocery.catalogue import Catalogue, Item
 from goalscope.envs.grocery.dietary import Bounds, labelled
 from goalscope.envs.grocery.diets import DIETS, finder
 from goalscope.envs.grocery.quantities import PACKAGES, without_percentage
-from goalscope.envs.grocery.search import LABELS, WORDS, Search
+from goalscope.envs.grocery.search import LABELS, OF_ITS_OWN, WORDS, Search
 from goalscope.language.amounts import word_value
 from goalscope.language.orders import Order
 
@@ -19,7 +19,6 @@ _CANS = frozenset({"can", "tin"})
 _VAGUE = frozenset(WORDS["vague"].split())
 _SMALL = frozenset(WORDS["small"].split()) | frozenset(WORDS["empty"].split())
 _ANY = frozenset(WORDS["any"].split()) | _SMALL
-_OF_ITS_OWN = frozenset(WORDS["own"].split())
 _EXTREMES = {1: finder(WORDS["cheapest"]), -1: finder(WORDS["dearest"])}
 _UNLIKE = [name.strip() for name in WORDS["unlike"].split(",")]
 _USUAL = {word: names.split(", ") for word, names in WORDS["usual"].items()}
@@ -104,7 +103,7 @@ class Chooser:
         for name in dict.fromkeys((phrase, kind)):
             every += [item for item in self._search.named(name) if not bounds.against(item)]
         every = list(dict.fromkeys(every))
-        if _OF_ITS_OWN.intersection(singulars(kind)[-1:]):
+        if OF_ITS_OWN.intersection(singulars(kind)[-1:]):
             every = [*_headed(kind, every), *_usual(kind, every)]
         labels = LABELS.difference(singulars(phrase))
         plain = [item for item in every if labels.isdisjoint(singulars(item.name))]

@@ -30,6 +30,7 @@ _MOST_KINDS = 800  # generic names kept, the most frequent first
 _QUALITIES = frozenset(WORDS["qualities"].split())
 _EMPTY = frozenset(WORDS["empty"].split())
 LABELS = frozenset(WORDS["labels"].split())
+OF_ITS_OWN = frozenset(WORDS["own"].split())
 
 
 class Search:
@@ -150,7 +151,6 @@ class Search:
     @cached_property
     def _synonyms(self) -> dict[tuple[str, ...], str]:
         """For each name of which the shop has nothing, another one of which it has something."""
-        own = WORDS["own"].split()
         known: dict[tuple[str, ...], str] = {}
         for line in WORDS["same"]:
             names = line.split(", ")
@@ -158,7 +158,7 @@ class Search:
             known |= {
                 (*singulars(name),): there
                 for name in names
-                if there and (name in own or not self.named(name))
+                if there and (name in OF_ITS_OWN or not self.named(name))
             }
         return known
 

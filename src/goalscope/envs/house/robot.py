@@ -325,10 +325,11 @@ class HomeRobot(Proactive):
         if (question.what or question.where).casefold() in ("", "here", "room"):
             words = singulars(said)
             named = [name for name in self.names.values() if contains(words, singulars(name))]
-            states = [f"anything {word}" for _, word in STATES if word in words]
-            if not (named or states):
+            named.sort(key=len, reverse=True)
+            named += [f"anything {word}" for _, word in STATES if word in words]
+            if not named:
                 return f"{self._status()}\nHere: {self.room()}."
-            question = replace(question, what=max(named, key=len, default=(*states, "")[0]))
+            question = replace(question, what=named[0])
         return facts_of(Finder(self._view, pick), question)
 
     def checks_met(self, profile: Profile) -> Checks:
