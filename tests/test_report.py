@@ -116,9 +116,8 @@ def test_what_is_missing_failed_or_mixed_is_said(tmp_path: Path) -> None:
         results.keep(two.key, cells[1][1], {**IDENTITY, "code": "other"})
         results.fail(three.key, "The server <b>is</b> away.")
     report = read_report(tmp_path / "r.db", draw=False)
-    questions, parts = report.summary
+    (questions,) = report.summary
     assert {row["cells so far"] for row in questions.rows} == {"2 of 4"}
-    assert parts.notes[0].startswith("Measured with 2 versions of the code")
     (section,) = report.sections
     assert [*section.tables[0].rows[0].values()] == ["mcq", 4, 2, 1, 1, 1]
     text = " ".join(section.warnings)
@@ -185,16 +184,22 @@ def test_a_report_has_a_summary_and_a_page_with_all_tables_of_each_part(
     write_report(found, tmp_path / "docs" / "results.md")
     text = (tmp_path / "docs" / "results.md").read_text(encoding="utf-8")
     assert text.startswith("# Results\n")
-    assert "Measured with one version of the code" in text
     pages = {file.stem: file for file in (tmp_path / "docs" / "results").glob("*.md")}
     assert {*pages} == {section.name for section in found.sections}
     for section in found.sections:
-        assert f"| {section.name} |" in text
+        assert f"](results/{section.name}.md)" in text
         page = pages[section.name].read_text(encoding="utf-8")
         assert "[All results](../results.md)" in page
         assert page.count("Made by: make it") == 1
         assert page.count("\n## ") == len(section.tables)
         assert page.count("![") == len(section.figures)
+
+
+def test_a_part_says_who_spoke(tmp_path: Path) -> None:
+    fill(tmp_path / "r.db", [mcq(1)], provenance="Nobody *was* asked.")
+    write_report(read_report(tmp_path / "r.db", draw=False), tmp_path / "out.md")
+    for page in tmp_path / "out.md", tmp_path / "out" / "r.md":
+        assert "Nobody \\*was\\* asked." in page.read_text(encoding="utf-8")
 
 
 def test_the_summary_has_the_papers_loss_beside_goalscopes_of_each_model(tmp_path: Path) -> None:

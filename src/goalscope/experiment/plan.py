@@ -143,7 +143,8 @@ class Judge:
 class Experiment:
     """What to measure, and with which models (arguments of `open_model`).
 
-    `source` is the section or figure of the paper that it reproduces, if any.
+    `source` is the section or figure of the paper that it reproduces, if any. `provenance` says who
+    the people are, who or what wrote them, and what was fitted or chosen on their like.
     """
 
     name: str
@@ -154,6 +155,7 @@ class Experiment:
     dialogues: tuple[DialoguesPart, ...] = ()
     episodes: tuple[EpisodesPart, ...] = ()
     judge: Judge | None = None
+    provenance: str = ""
 
     def with_models(self, models: tuple[Model, ...]) -> Experiment:
         """The experiment with other models, once for each combination of the other settings."""

@@ -51,7 +51,7 @@ class Results(Store):
 
     @property
     def about(self) -> dict[str, Any]:
-        """Facts about the experiment: name, title, source and plans."""
+        """Facts about the experiment: name, title, source, provenance and plans."""
         with self.reading() as connection:
             return {row.name: json.loads(row.value) for row in connection.execute(select(ABOUT))}
 

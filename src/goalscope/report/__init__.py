@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from urllib.parse import quote
 
-from goalscope.base.types import InvalidInputError
+from goalscope.base.types import InvalidInputError, pluralize
 from goalscope.experiment.summary import Table, markdown_text
 from goalscope.report.overview import summary_of
 from goalscope.report.sections import Section, sections_of, unique
@@ -92,13 +92,27 @@ def write_report(report: Report, file: Path) -> None:
         _write(folder / f"{section.name}.md", _page(section, figures, file.name))
     parts = ["# Results", INTRODUCTION]
     parts += [f"Left out: {markdown_text(why)}" for why in report.skipped]
-    tables = [table.to_markdown().strip() for table in report.summary]
-    _write(file, "\n\n".join([*parts, *tables[:-1], *headlines, tables[-1]]) + "\n")
+    parts += [*(table.to_markdown().strip() for table in report.summary), *headlines, "## Parts"]
+    parts += ["\n".join(_part(section, quote(folder.name)) for section in report.sections)]
+    _write(file, "\n\n".join(parts) + "\n")
+
+
+def _part(section: Section, folder: str) -> str:
+    """A line on a part with a link to its page: who spoke, and how it was measured."""
+    told = [f"* [{markdown_text(section.title)}]({folder}/{section.name}.md)"]
+    told += [f"(`{section.name}`)."] if section.title != section.name else []
+    told += [markdown_text(section.provenance)] if section.provenance else []
+    if section.planned:
+        codes = ", ".join(code[:6] for code in section.codes)
+        cells = f"{section.done:,} of {pluralize(section.planned, 'cell')}"
+        told += [f"{cells} measured, with code {codes}." if codes else f"{cells} measured."]
+    return " ".join(told)
 
 
 def _page(section: Section, figures: Sequence[str], back: str) -> str:
     """All tables and figures of a part, with a link back to the summary."""
     parts = [f"# {markdown_text(section.title)}", f"[All results](../{quote(back)})"]
+    parts.append(markdown_text(section.provenance))
     parts.append("\n".join(f"> * {markdown_text(warning)}" for warning in section.warnings))
     parts.append("\n".join(f"* {markdown_text(fact)}" for fact in section.facts))
     parts += [f"Made by: {markdown_text(command)}" for command in section.commands]

@@ -157,28 +157,12 @@ KINDS = (
 
 
 def summary_of(sections: Sequence[Section]) -> list[Table]:
-    """A table for each kind of result, and one of all parts.
+    """A table for each kind of result.
 
     The first column names the part of a row. If cells of a part are missing, the last column shows
     how many there are.
     """
-    tables = [table for kind in KINDS if (table := _table(sections, kind)).rows]
-    codes = {code for section in sections for code in section.codes}
-    versions = f"{len(codes)} versions" if len(codes) != 1 else "one version"
-    note = f"Measured with {versions} of the code, named by how their hashes begin."
-    rows: list[Row] = [
-        {
-            "part": section.name,
-            "title": section.title,
-            "command": " or ".join(section.commands) or None,
-            "cells measured": f"{section.done:,} of {section.planned:,}"
-            if section.planned
-            else None,
-            "code": ", ".join(code[:6] for code in section.codes) or None,
-        }
-        for section in sections
-    ]
-    return [*tables, Table("summary-parts", "All parts", rows, (note,) if codes else ())]
+    return [table for kind in KINDS if (table := _table(sections, kind)).rows]
 
 
 def _table(sections: Sequence[Section], kind: _Kind) -> Table:

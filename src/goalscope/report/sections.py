@@ -34,6 +34,7 @@ class Section:
 
     name: str
     title: str
+    provenance: str
     tables: Sequence[Table]
     figures: Sequence[Figure] = ()
     commands: Sequence[str] = ()
@@ -95,7 +96,7 @@ def _section(results: Results, stem: str, taken: set[str], draw: bool) -> Sectio
         table for study in StudyStore(results).all() for table in study_tables(results, study)
     ]
     if not cells:
-        return Section(unique(slug(name), taken), stem, studies) if studies else None
+        return Section(unique(slug(name), taken), stem, "", studies) if studies else None
     source = about.get("source")
     done = [cell for cell in cells if cell.result is not None]
     failed = Counter(cell.error for cell in cells if cell.result is None and cell.error)
@@ -104,6 +105,7 @@ def _section(results: Results, stem: str, taken: set[str], draw: bool) -> Sectio
     return Section(
         unique(slug(name), taken),
         str(about.get("title") or name),
+        str(about.get("provenance") or ""),
         [_progress(cells), *tables_of(cells), *studies],
         tuple(figures_of(cells)) if draw else (),
         results.commands(cells),
