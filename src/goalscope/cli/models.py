@@ -125,8 +125,9 @@ def doctor(
                 "like any goal" if made.prior_unspecified is None else f"{made.prior_unspecified:g}"
             )
             report["calibration"] = (
-                f"temperature {made.temperature:g}, reference {made.reference:g}, switching "
-                f"{made.switching:g}, prior_unspecified {prior_unspecified}; {origin}"
+                f"similarity {made.similarity:g}, temperature {made.temperature:g}, reference "
+                f"{made.reference:g}, switching {made.switching:g}, prior_unspecified "
+                f"{prior_unspecified}; {origin}"
             )
             if isinstance(engine.speaker, LlamaCpp):
                 report["engine"] = llama_cpp().name
