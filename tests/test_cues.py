@@ -9,7 +9,7 @@ from fakes import said
 from goalscope.base.types import UNSPECIFIED, Goal, Turn
 from goalscope.belief.advice import advice, advised
 from goalscope.belief.belief import Belief
-from goalscope.language.cues import doubtful, opposes, retracts
+from goalscope.language.cues import doubt, opposes, retracts
 from test_advice import BARE, SURE_OF_TEA, TEA, Stand, told
 
 CUES = tomllib.loads(Path(__file__).with_name("cues.toml").read_text(encoding="utf-8"))
@@ -26,7 +26,7 @@ def pairs(kind: str) -> pytest.MarkDecorator:
 
 @sentences("doubtful", "foreign")
 def test_nothing_is_done_where_the_newest_words_are_doubtful(words: str) -> None:
-    assert doubtful(words, TEA)
+    assert doubt(words, TEA)
     assert told(SURE_OF_TEA, words) == "ask"
     assert told(BARE.pin(TEA).observe([-9.0, 0.0]), words) == "ask"
     assert told(SURE_OF_TEA.observe(LATER), words, "Ok.") == "ask"
@@ -34,20 +34,20 @@ def test_nothing_is_done_where_the_newest_words_are_doubtful(words: str) -> None
 
 
 def test_what_is_too_long_to_be_read_is_doubtful() -> None:
-    assert doubtful("Block it. " + "It is mine. " * 200, TEA)
+    assert doubt("Block it. " + "It is mine. " * 200, TEA)
 
 
 @sentences("plain")
 def test_plain_requests_are_acted_on(words: str) -> None:
-    assert not doubtful(words, TEA)
+    assert not doubt(words, TEA)
     assert told(SURE_OF_TEA, words) == "act"
 
 
 def test_a_goal_may_deny_what_the_words_deny() -> None:
     stop = Goal("stop the newsletter, and never send it again")
-    assert not doubtful("Stop the newsletter. Never again!", stop)
-    assert doubtful("Don't stop the newsletter.", stop)
-    assert doubtful("Never stop it, never.", stop)
+    assert not doubt("Stop the newsletter. Never again!", stop)
+    assert doubt("Don't stop the newsletter.", stop)
+    assert doubt("Never stop it, never.", stop)
 
 
 @sentences("retracting")
@@ -79,7 +79,7 @@ def test_who_wants_a_thing_ended_may_say_cancel_of_it() -> None:
     end = Goal("end my phone contract")
     sure = Belief.uniform([UNSPECIFIED, end]).observe([-9.0, 0.0])
     for words in ("Please cancel my contract.", "I'd like to cancel my old phone contract now."):
-        assert advised(Stand(sure, said(words))) == ("act", "It has 100%.")
+        assert advised(Stand(sure, said(words))) == ("act", '"end my phone contract" has 100%.')
         assert retracts(words, TEA)
     asked = [Turn("Shall I end your contract?", "Yes, please cancel my contract.")]
     assert advice(Stand(sure, asked)) == "act"
@@ -93,7 +93,7 @@ def test_to_cancel_anything_else_takes_it_back(other: str, words: str) -> None:
 @pairs("opposite")
 def test_the_opposite_of_a_goal_is_doubtful(other: str, words: str) -> None:
     assert opposes(words, Goal(other))
-    assert doubtful(words, Goal(other))
+    assert doubt(words, Goal(other))
 
 
 @pairs("same")

@@ -72,7 +72,7 @@ def test_a_round_tells_everything_in_order():
         "Round 2",
         "What else?",
         "Tea, please",
-        "- put mug, 2, where sink, if it is clean",
+        "- put mug if it is clean (2, sink)",
         " 70.0%",
         "make tea",
         " 20.0%",

@@ -6,7 +6,7 @@ from pathlib import Path
 import pytest
 
 from fakes import LampRoom, WordModel
-from goalscope.agent.executor import IDLE, NOT_CONFIRMED, NOTHING, UNANSWERED
+from goalscope.agent.executor import IDLE, NOT_CONFIRMED, NOTHING, STAYS, UNANSWERED
 from goalscope.agent.guards import CONFIRM, HARM, SAY_YES, agrees
 from goalscope.base.text import plain
 from goalscope.base.types import (
@@ -374,6 +374,14 @@ def test_undo_takes_back_the_last_rounds_that_did_something() -> None:
     assert agent.step("", "undo | 2").retracts == (5, 1)
     assert env.on == []
     assert agent.step("", "undo").notes == (NOTHING,)
+
+
+def test_undo_says_that_an_allergy_stays() -> None:
+    agent = agent_in(LampRoom(ROOM))
+    agent.step("", "switch on lamp; avoid fan | for she | why allergy")
+    notes = agent.step("", "undo").notes
+    assert notes[-1] == f"{STAYS} avoid fan for her (allergy)."
+    assert agent._executor.dialogue_state(agent.rounds).limits
 
 
 def test_after_an_order_that_came_to_nothing_there_is_nothing_to_undo() -> None:

@@ -13,7 +13,7 @@ from goalscope.agent.guards import is_yes, speaks_of_harm
 from goalscope.base.text import plain
 from goalscope.base.types import UNSPECIFIED, Goal, InvalidInputError, canonical
 from goalscope.belief.tracker import GoalTracker
-from goalscope.language.cues import doubtful
+from goalscope.language.cues import doubt
 from goalscope.language.orders import Reading
 
 APOSTROPHES = "\u2018\u2019\u00b4\u2032\u02bc\uff07`\u02b9\u02bb\u055a\u2035\u275c\u0092"
@@ -110,8 +110,8 @@ def test_a_goal_has_one_identity_in_every_form() -> None:
 )
 def test_a_denial_is_one_however_it_is_typed(typed: str) -> None:
     goal = Goal("transfer my money")
-    assert doubtful(typed, goal)
-    assert not doubtful("Please transfer my money", goal)
+    assert doubt(typed, goal)
+    assert not doubt("Please transfer my money", goal)
 
 
 def test_guards_see_through_marks() -> None:

@@ -83,7 +83,7 @@ def test_a_belief_is_kept_corrected_and_explained(ask: Ask) -> None:
     assert len(ask("add_goals", session=id, goals=["make tea"])["belief"]["goals"]) == 4
     pinned = ask("correct", session=id, kind="pin", goal="make tea")
     assert pinned["belief"]["goals"][0]["pinned"]
-    assert (pinned["advice"], pinned["because"][:7]) == ("act", "It has ")
+    assert (pinned["advice"], pinned["because"][:15]) == ("act", '"make tea" has ')
     assert [each["kind"] for each in pinned["changes"]] == ["added", "pinned"]
     why = ask("why", session=id, goal="bake a cake")
     assert [each["utterance"] for each in why["reasons"]] == [SAID]

@@ -52,8 +52,8 @@ def belief_of(table, calibration: Calibration = PAPER) -> Belief:
         ),
         (
             [-1, -2, -3, -3],
-            "I am not sure what you want. Perhaps this: bake cake (22%). "
-            "It could also be: something else (61%) or cook soup (8%).",
+            "I am not sure what you want. Perhaps this: something else (61%). "
+            "It could also be: bake cake (22%) or cook soup (8%).",
         ),
         (
             [-99, -1, -99, -99],

@@ -27,11 +27,14 @@ from goalscope.base.text import is_question
 from goalscope.base.types import Action, StepResult, Turn
 from goalscope.belief.belief import Belief
 from goalscope.envs import Environment, Pick, Resolution, execute, is_irreversible, resolve
-from goalscope.language.dialogue_state import GRAVE, LIMITS, DialogueState, acting, lifted
-from goalscope.language.orders import Order, Reading, orders_to_text
+from goalscope.language.dialogue_state import GRAVE, LIMITS, DialogueState, acting, is_grave, lifted
+from goalscope.language.orders import Order, Reading, order_in_words, orders_to_text
 
 NOT_HERE = "I cannot undo anything here. Please say what is to change."
 """Note where the environment cannot undo."""
+
+STAYS = "An undo leaves allergies and diets as they are:"
+"""Beginning of a note on those that were said with what was taken back."""
 
 NOTHING = "There is nothing to undo. Please say what is to change."
 """Note where nothing was done that could be undone."""
@@ -425,6 +428,10 @@ class Executor:
         if back:
             quoted = "; ".join(f'"{each.turn.utterance}"' for each in reversed(back))
             done.notes.append(f"Taken back: {quoted}.")
+            read = (each.reading.orders for each in back if each.reading)
+            stay = [order for orders in read for order in orders if is_grave(order)]
+            if stay:
+                done.notes.append(f"{STAYS} {'; '.join(map(order_in_words, stay))}.")
         done.retracts = tuple(each.number for each in back)
         done.reversals = len(done.results)
 

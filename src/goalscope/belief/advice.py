@@ -11,7 +11,7 @@ import numpy as np
 from goalscope.base.types import UNSPECIFIED, Goal, InvalidInputError, Turn, canonical
 from goalscope.belief.belief import Belief
 from goalscope.belief.goal_manager import incomplete
-from goalscope.language.cues import consents, doubtful, retracts
+from goalscope.language.cues import consents, doubt, retracts
 
 SURE = 0.8
 """Probability from which a goal is acted on: a question costs a fifth of a wrong act."""
@@ -25,6 +25,11 @@ Advice = Literal["act", "ask", "propose"]
 
 class Tracking(Protocol):
     """A belief and the turns that it is over, such as a `GoalTracker`."""
+
+    @property
+    def since(self) -> int:
+        """Number of turns before the newest goals came; see `incomplete`."""
+        ...
 
     @property
     def belief(self) -> Belief:
@@ -47,7 +52,6 @@ class Advised(NamedTuple):
 def advice(
     tracker: Tracking,
     *,
-    since: int = 0,
     proposed: Collection[Goal | str] = (),
     sure: float = SURE,
     lost: float = LOST,
@@ -61,8 +65,8 @@ def advice(
     The likelihood hardly tells "do it" from "don't". So the advice is to ask although a goal is
     sure, unless the person has confirmed it since their newest words:
 
-    - while the newest words are `doubtful`;
-    - if the goal is sure only by words that were doubtful, or that came before the person took
+    - while there is a `doubt` about the newest words;
+    - if the goal is sure only by words that were doubted, or that came before the person took
       something back ("Stop!", "I changed my mind");
     - if the newest query asked whether to go ahead ("Shall I book it?") and the answer was not a
       plain yes (see `consents`), until later words speak for the goal;
@@ -72,7 +76,6 @@ def advice(
 
     Args:
         tracker: A `GoalTracker`, or another object with a belief and its turns.
-        since: See `goalscope.belief.goal_manager.incomplete`.
         proposed: Goals that a model proposed, or their texts.
         sure: Probability from 0 to 1; higher where a wrong act does more harm.
         lost: Probability from 0 to 1.
@@ -80,13 +83,12 @@ def advice(
     Raises:
         InvalidInputError: `sure` or `lost` is not a probability.
     """
-    return advised(tracker, since=since, proposed=proposed, sure=sure, lost=lost).advice
+    return advised(tracker, proposed=proposed, sure=sure, lost=lost).advice
 
 
 def advised(
     tracker: Tracking,
     *,
-    since: int = 0,
     proposed: Collection[Goal | str] = (),
     sure: float = SURE,
     lost: float = LOST,
@@ -100,8 +102,9 @@ def advised(
     made = {canonical(each.text if isinstance(each, Goal) else each) for each in given}
     goal, probability = next(iter(belief.top(1)), (UNSPECIFIED, 0.0))
     if goal != UNSPECIFIED and probability >= sure:
-        doubt = _doubt(belief, turns, goal, sure, made=canonical(goal.text) in made)
-        return Advised("ask", doubt) if doubt else Advised("act", f"It has {probability:.0%}.")
+        why_not = _why_not(belief, turns, goal, sure, made=canonical(goal.text) in made)
+        told = f'"{goal.text.rstrip(".")}" has {probability:.0%}.'
+        return Advised("ask", why_not) if why_not else Advised("act", told)
     if not turns or not len(belief.log_likelihood):
         return Advised("ask", "Nothing was said yet.")
     stated, likeliest = next(
@@ -111,12 +114,12 @@ def advised(
         return Advised("ask", "The newest words take something back.")
     if belief.is_degenerate:
         return Advised("propose", "No goal can have said these words.")
-    if UNSPECIFIED in belief.goals and incomplete(belief, lost, since=since):
+    if UNSPECIFIED in belief.goals and incomplete(belief, lost, since=tracker.since):
         return Advised("propose", "None of the goals explains the words well.")
     return Advised("ask", f"The likeliest goal has {likeliest:.0%}; {sure:.0%} is sure enough.")
 
 
-def _doubt(belief: Belief, turns: Sequence[Turn], goal: Goal, sure: float, *, made: bool) -> str:
+def _why_not(belief: Belief, turns: Sequence[Turn], goal: Goal, sure: float, *, made: bool) -> str:
     """Why a sure goal is not acted on; "" if it is."""
     if (len(belief.log_likelihood), goal) in belief.pinned:
         return ""
@@ -127,13 +130,13 @@ def _doubt(belief: Belief, turns: Sequence[Turn], goal: Goal, sure: float, *, ma
         return "The answer to the question whether to go ahead is no plain yes."
     said = [turn.utterance for turn in turns]
     retracted = max((n for n, each in enumerate(said, 1) if retracts(each, goal)), default=0)
-    doubts = [n <= retracted or doubtful(each, goal) for n, each in enumerate(said, 1)]
+    doubts = [n <= retracted or bool(doubt(each, goal)) for n, each in enumerate(said, 1)]
     if doubts[-1]:
-        return "The newest words deny, ask or suppose something, or ask for the opposite."
+        return f"The newest words {doubt(said[-1], goal) or 'take something back'}."
     pinned = tuple((when, each) for when, each in belief.pinned if when >= retracted)
     plain, first = replace(belief, pinned=pinned), len(turns) - len(belief.log_likelihood)
-    for number, doubt in enumerate(doubts[first:]):
-        plain = plain.without(number) if doubt else plain
+    for number, doubted in enumerate(doubts[first:]):
+        plain = plain.without(number) if doubted else plain
     left = plain.probability[belief.goals.index(goal)]
     if left < sure:
         return (

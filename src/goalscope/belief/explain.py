@@ -87,7 +87,7 @@ def reasons(belief: Belief, turns: Sequence[Turn], goal: str | Goal) -> list[Rea
 
 
 def in_words(belief: Belief, turns: Sequence[Turn], *, doubted: bool = False) -> str:
-    """What a person seems to want, how sure that is, why, and what else it could be.
+    """An answer to a person who asks what they seem to want: how sure it is, why, and what else.
 
     Args:
         belief: Over their goals.
@@ -102,6 +102,8 @@ def in_words(belief: Belief, turns: Sequence[Turn], *, doubted: bool = False) ->
     goal, probability = stated[0]
     told = f"{_told(goal, probability)}{_because(belief, turns, goal)}"
     rest = [_told(other, p) for other, p in ranked if other != goal]
+    if ranked[0][0] == UNSPECIFIED:
+        told, rest = rest[0], [told, *rest[1:]]
     if doubted or ranked[0][0] != goal or probability < _LIKELY:
         lead = "I am not sure what you want. Perhaps this"
     else:

@@ -68,6 +68,12 @@ class GoalTracker:
         calibration: A `Calibration`, its name ("paper", "default") or a file of
             `goalscope calibrate`; None for that of the likelihood.
 
+    Attributes:
+        belief: Over the goals.
+        turns: What was said.
+        since: Number of turns before the newest goals were added. Those turns cannot tell whether
+            others are missing.
+
     Raises:
         InvalidInputError: An argument cannot be used, such as goals that are none or repeated.
         ModelError: The embedded model cannot be opened.
@@ -103,6 +109,7 @@ class GoalTracker:
         )
         self._busy = RLock()
         self.turns: list[Turn] = []
+        self.since = 0
         self.belief = Belief.uniform(
             distinct([*support, *given]), named or calibration_of(self.likelihood)
         )
@@ -163,7 +170,9 @@ class GoalTracker:
                 raise InvalidInputError(
                     f"{goal.text!r} was ruled out. If the person names it after all, pin it."
                 )
-        return self._add(added)
+        self._add(added)
+        self.since = len(self.turns) if added else self.since
+        return self.belief
 
     def _add(self, added: Sequence[Goal]) -> Belief:
         return self._among(self.belief.add(added, lambda new: self._scored(new, self.turns)))
@@ -275,6 +284,7 @@ class GoalTracker:
                 "model": self._model_name,
                 "turns": [[turn.query, turn.utterance] for turn in self.turns],
                 "belief": belief_to_json(self.belief),
+                "since": self.since,
             },
             allow_nan=False,
         )
@@ -305,7 +315,9 @@ class GoalTracker:
                 Turn(readable(query, "query"), checked_text(utterance, "utterance"))
                 for query, utterance in data["turns"]
             ]
-            task = data["task"]
+            task, since = data["task"], data["since"]
+            if since not in range(len(turns) + 1):
+                raise ValueError(f"the newest goals came after {since!r} of {len(turns)} turns")
             if len(turns) != len(belief.log_likelihood):
                 raise ValueError(f"{len(turns)} turns, a belief over {len(belief.log_likelihood)}")
         except (ValueError, KeyError, TypeError, AttributeError, RecursionError) as error:
@@ -321,6 +333,7 @@ class GoalTracker:
                 "that it had, or let a new tracker observe its turns."
             )
         tracker.restore(belief, turns)
+        tracker.since = since
         return tracker
 
     @property
@@ -354,3 +367,4 @@ class GoalTracker:
             turns: The turns that it was over.
         """
         self.belief, self.turns = belief, [*turns]
+        self.since = min(self.since, len(self.turns))

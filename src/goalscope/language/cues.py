@@ -217,24 +217,27 @@ _ENGLISH = re.compile(
 """Short words that English has and its neighbours do not."""
 
 
-def doubtful(utterance: str, goal: Goal) -> bool:
-    """Whether words deny, ask or suppose something, beyond what the goal itself denies.
+def doubt(utterance: str, goal: Goal) -> str:
+    """Why words are not to be acted on, as the end of a sentence about them; "" if they are.
 
-    They need not be about the goal. A polite request is no question. Words of another language are
-    doubtful, and words that ask for the opposite (see `opposes`).
+    They may deny, ask or suppose something, beyond what the goal itself denies, though not about
+    the goal. A polite request is no question. Words of another language are doubtful, and words
+    that ask for the opposite (see `opposes`).
     """
+    if len(utterance) > LONGEST:
+        return "are too many to be checked"
     text = _GIVEN_LEAVE.sub("", _read(utterance, goal))
-    sentences = re.findall(r"[^.!?;]+[.!?;]*", text)
-    return bool(
-        len(utterance) > LONGEST
-        or _is_foreign(text)
-        or _denials(text) - _denials(normalize(goal.text))
-        or _SUPPOSED.search(text)
-        or opposes(text, goal)
-        or any(
-            _ASKED.match(each) and not _REQUEST.match(each) for each in map(str.strip, sentences)
-        )
-    )
+    if _is_foreign(text):
+        return "do not seem to be English"
+    if _denials(text) - _denials(normalize(goal.text)):
+        return "deny something"
+    if _SUPPOSED.search(text):
+        return "suppose something"
+    if opposes(text, goal):
+        return "may ask for the opposite"
+    sentences = map(str.strip, re.findall(r"[^.!?;]+[.!?;]*", text))
+    asked = any(_ASKED.match(each) and not _REQUEST.match(each) for each in sentences)
+    return "ask something" if asked else ""
 
 
 def retracts(utterance: str, goal: Goal) -> bool:

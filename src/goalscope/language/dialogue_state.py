@@ -73,6 +73,11 @@ def exceptions(order: Order) -> list[str]:
     return [each.strip() for each in re.split(r",| and | or ", order.but) if each.strip()]
 
 
+def is_grave(order: Order) -> bool:
+    """Whether an order is an allergy or a diet, which an undo leaves."""
+    return order.do in ("avoid", "only") and order.why in GRAVE
+
+
 def acting(orders: Sequence[Order]) -> tuple[Order, ...]:
     """The orders by a domain's own verbs, without dialogue acts."""
     return tuple(each for each in orders if each.do not in _ACTS)
@@ -110,8 +115,7 @@ def fold(
                 state = lifted(state, order, grave=True)
             state = _with(state, order, lifts=order.do not in takes_away)
         for order in reading.orders:
-            grave = order.do in ("avoid", "only") and order.why in GRAVE
-            if not grave and (gone or order in waits):
+            if not is_grave(order) and (gone or order in waits):
                 continue
             state = _with(state, order, lifts=order.do not in takes_away)
     return state

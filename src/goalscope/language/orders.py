@@ -45,6 +45,8 @@ is any; what an undo takes back; what the person is thought to want; what the ag
 CHOICES = {"why": REASONS, "about": ABOUT}
 """The slots that take one of a few values."""
 
+_OBJECTS = {"i": "me", "I": "me", "he": "him", "she": "her", "we": "us", "they": "them"}
+
 _NUMBER = r"\d{1,6}(?:\.\d{1,3})?"
 _QUANTITY = re.compile(rf"({_NUMBER})(?: (\S+(?: \S+){{0,2}}))?")
 _WORD = re.compile(r"[^\s|,;:.!?()\[\]{}<>\"“”„«»…]+(?:[.,:][^\s|,;:.!?()\[\]{}<>\"“”„«»…]+)*")
@@ -239,8 +241,13 @@ def orders_to_text(orders: Iterable[Order]) -> str:
 
 
 def order_in_words(order: Order) -> str:
-    """Its canonical English for people: `add potatoes, 2 kg`, `put mug, where sink`."""
-    return _line(order).replace(" | ", ", ")
+    """An order for people to read: `add potatoes (2 kg)`, `avoid nuts for him (allergy)`."""
+    told = [order.do, order.what] if order.do != "aim" else [f"aim: {order.what}"]
+    told += [f"for {_OBJECTS.get(order.for_, order.for_)}"] if order.for_ else []
+    told += [f"except {order.but}"] if order.but else []
+    told += [f"if {order.if_}"] if order.if_ else []
+    details = ", ".join(filter(None, (_amount(order), order.where, order.why, order.about)))
+    return " ".join(filter(None, [*told, f"({details})" * bool(details)]))
 
 
 def orders_from_text(text: str, verbs: Sequence[Verb]) -> tuple[Order, ...]:
@@ -280,12 +287,16 @@ def is_aside(orders: Sequence[Order]) -> bool:
 
 
 def _line(order: Order) -> str:
-    parts = [f"{order.do} {order.what}".strip()]
-    if order.quantity is not None:
-        number = f"{order.quantity:.3f}".rstrip("0").rstrip(".")
-        parts.append(f"{number} {order.unit}".strip())
     told = order_to_json(order)
+    parts = [f"{order.do} {order.what}".strip(), *filter(None, [_amount(order)])]
     return " | ".join([*parts, *(f"{slot} {told[slot]}" for slot in SLOTS[2:] if slot in told)])
+
+
+def _amount(order: Order) -> str:
+    if order.quantity is None:
+        return ""
+    number = f"{order.quantity:.3f}".rstrip("0").rstrip(".")
+    return f"{number} {order.unit}".strip()
 
 
 def _order(line: str, known: dict[str, Verb]) -> Order:

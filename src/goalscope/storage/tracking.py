@@ -79,10 +79,14 @@ class Tracked:
         return self.last.belief
 
     @property
+    def since(self) -> int:
+        """Number of turns that the newest goals were proposed from."""
+        return made_from([round.changes for round in self.rounds])
+
+    @property
     def advised(self) -> Advised:
         """What an assistant should do next, and why; see `goalscope.belief.advice.advice`."""
-        since = made_from([round.changes for round in self.rounds])
-        return advised(self, since=since, proposed=self.proposed)
+        return advised(self, proposed=self.proposed)
 
     @property
     def proposed(self) -> set[Goal]:
