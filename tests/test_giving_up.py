@@ -10,7 +10,7 @@ from goalscope.agent.agent import Agent
 from goalscope.agent.planner import Outcome, attempted
 from goalscope.agent.round import Guess
 from goalscope.base.text import plain
-from goalscope.base.types import UNSPECIFIED, Action
+from goalscope.base.types import UNSPECIFIED, Action, Turn
 from goalscope.belief.calibration import PAPER
 from goalscope.language.orders import Order, Reading
 from goalscope.storage.store import round_from_json, round_to_json
@@ -52,11 +52,11 @@ def agent_of(**reads: str) -> tuple[Agent, LampRoom]:
 
 
 def test_what_was_guessed_for_a_goal_that_fell_is_taken_back_and_told() -> None:
-    agent, room = agent_of(read_now="aim", sweep_instead="aim", sweep_more="aim")
+    agent, room = agent_of(read_now="aim", forget_it_sweep="aim", sweep_more="aim")
     first = agent.step("", "read now")
     assert room.on == ["lamp", "desk lamp"]
     assert first.guessed == (Guess("lamp", READ), Guess("desk lamp", READ))
-    second = agent.step("", "sweep instead")
+    second = agent.step("", "forget it sweep")
     assert room.on == []
     assert second.given_up == first.guessed
     assert "Taken back, as it was a guess for another goal: lamp, desk lamp." in second.notes
@@ -65,29 +65,39 @@ def test_what_was_guessed_for_a_goal_that_fell_is_taken_back_and_told() -> None:
     assert third.results == ()
 
 
-def test_what_another_goal_calls_for_too_is_guessed_anew() -> None:
-    agent, room = agent_of(read_now="aim", cool_instead="aim")
+def test_who_takes_nothing_back_gives_up_nothing() -> None:
+    agent, room = agent_of(read_now="aim", sweep_now="aim")
     agent.step("", "read now")
-    second = agent.step("", "cool instead")
+    assert agent.step("", "sweep now").given_up == ()
+    assert room.on == ["lamp", "desk lamp"]
+
+
+def test_what_another_goal_calls_for_too_is_guessed_anew() -> None:
+    agent, room = agent_of(read_now="aim", forget_it_cool="aim")
+    agent.step("", "read now")
+    second = agent.step("", "forget it cool")
     assert room.on == ["fan", "lamp"]
     assert second.guessed == (Guess("fan", COOL), Guess("lamp", COOL))
 
 
 def test_what_the_newest_words_name_stays() -> None:
-    agent, room = agent_of(read_now="aim", sweep_but_keep_the_desk_lamp="leave desk lamp")
+    agent, room = agent_of(read_now="aim", forget_it_sweep_but_keep_the_desk_lamp="leave desk lamp")
     agent.step("", "read now")
-    second = agent.step("", "sweep but keep the desk lamp")
+    second = agent.step("", "forget it sweep but keep the desk lamp")
     assert second.given_up == ()  # each lamp is called so
     assert room.on == ["lamp", "desk lamp"]
 
 
 def test_what_was_asked_for_stays_and_is_asked_about_once() -> None:
     agent, room = agent_of(
-        read_with_the_heater="aim\nswitch on heater", sweep_instead="aim", yes="yes", sweep_on="aim"
+        read_with_the_heater="aim\nswitch on heater",
+        forget_it_sweep="aim",
+        yes="yes",
+        sweep_on="aim",
     )
     agent.step("", "read with the heater")
     assert room.on == ["heater", "lamp", "desk lamp"]
-    second = agent.step("", "sweep instead")
+    second = agent.step("", "forget it sweep")
     assert room.on == ["heater"]
     assert second.pending == (Order("switch off", "heater"),)
     assert second.question == "You had asked for heater, too. Shall I switch off that?"
@@ -98,11 +108,11 @@ def test_what_was_asked_for_stays_and_is_asked_about_once() -> None:
 
 
 def test_goals_that_mean_the_same_keep_each_others_guesses(monkeypatch: pytest.MonkeyPatch) -> None:
-    agent, room = agent_of(read_now="aim", sweep_instead="aim")
+    agent, room = agent_of(read_now="aim", forget_it_sweep="aim")
     agent.step("", "read now")
     agent.tracker.correct("reword", READ, "read the book")
     agent._uncorrected.clear()
-    assert agent._given_up(Reading((Order("aim"),))) == []
+    assert agent._given_up(Turn("", "forget it"), Reading((Order("aim"),))) == []
     assert room.on == ["lamp", "desk lamp"]
 
 
@@ -115,16 +125,16 @@ def test_who_only_gives_orders_gives_up_nothing() -> None:
 
 
 def test_an_undo_takes_back_guesses_of_its_round_and_nothing_twice() -> None:
-    agent, room = agent_of(read_now="aim", undo="undo", sweep_instead="aim")
+    agent, room = agent_of(read_now="aim", undo="undo", forget_it_sweep="aim")
     agent.step("", "read now")
     agent.step("", "undo")
     assert room.on == []
-    assert agent.step("", "sweep instead").given_up == ()
+    assert agent.step("", "forget it sweep").given_up == ()
 
 
 def test_guesses_are_stored() -> None:
-    agent, _ = agent_of(read_now="aim", sweep_instead="aim")
-    for words in ("read now", "sweep instead"):
+    agent, _ = agent_of(read_now="aim", forget_it_sweep="aim")
+    for words in ("read now", "forget it sweep"):
         round = agent.step("", words)
         again = round_from_json(round_to_json(round))
         assert (again.guessed, again.given_up) == (round.guessed, round.given_up)

@@ -233,7 +233,7 @@ def test_all_things_are_listed_if_one_of_them_was_not_named() -> None:
     with HomeRobot(HouseController("Kitchen1")) as home:
         agent = agent_in(home, "no-goals")
         round = agent.step("", "break egg | 3")
-        assert 'I understood "break egg 3" (egg 1, egg 2, egg 3).' in round.question
+        assert 'I understood "break egg (3)" (egg 1, egg 2, egg 3).' in round.question
         agent.step("", "no")
         assert 'I understood "break egg 3". ' in agent.step("", "break egg 3").question
 
@@ -301,6 +301,6 @@ def test_a_diet_has_no_exception_and_says_so() -> None:
     env = LampRoom(["fan", "lamp"])
     reads = dict.fromkeys(("no light except the lamp", "not any light"), "avoid light | why diet")
     agent = agent_in(env, model=WordModel(REPLIES, reads=reads))
-    kept = KEPT_IN_FULL.format("avoid light why diet")
+    kept = KEPT_IN_FULL.format("avoid light (diet)")
     assert kept in agent.step("", "no light except the lamp").notes
     assert kept not in agent.step("", "not any light").notes

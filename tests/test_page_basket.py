@@ -114,7 +114,7 @@ def test_the_whole_basket_is_shown_before_it_is_bought(
         if words in (FEW, MORE):
             continue
         card = page.get_by_role("region", name="To confirm")
-        question = page.get_by_text("To confirm exactly what is shown").last
+        question = page.get_by_text("If that is all right").last
         expect(question).to_be_in_viewport(ratio=1)
         expect(card.get_by_role("row").nth(1)).to_be_in_viewport(ratio=1)
         expect(page.get_by_label("Your words", exact=True)).to_be_in_viewport(ratio=1)

@@ -41,6 +41,7 @@ from goalscope.belief.likelihood import DEFAULT_LAYOUT, Layout, Likelihood, Role
 from goalscope.belief.method import Implied, Method, implied
 from goalscope.belief.tracker import Correction, GoalTracker
 from goalscope.envs import Environment, Pick, scenarios_like
+from goalscope.language.cues import retracts
 from goalscope.language.dialogue_state import acting
 from goalscope.language.matcher import Matcher
 from goalscope.language.orders import TELLING, Order, Reading, examples_of, is_aside
@@ -272,8 +273,8 @@ class Agent:
                 if reading
                 else Execution(turn, Reading(()))
             )
-            if reading and not (done.harm or done.kept) and (given_up := self._given_up(reading)):
-                self._executor.give_up(self.rounds, given_up, done)
+            if reading and not (done.harm or done.kept) and (gone := self._given_up(turn, reading)):
+                self._executor.give_up(self.rounds, gone, done)
             plan = self._act(turn, reading, done)  # Action Module, Sec. 3.3
             round = self._ended(begun, done, plan, unread + unexplained)
             if keep:
@@ -435,13 +436,15 @@ class Agent:
             done.notes.append(f"No plan was made. {error}")
             return Outcome()
 
-    def _given_up(self, reading: Reading) -> list[str]:
+    def _given_up(self, turn: Turn, reading: Reading) -> list[str]:
         """Goals for which something was guessed, and that are improbable by now.
 
-        A goal is as probable as all goals together that mean nearly the same. Words that only give
-        orders, such as to buy what is there, give up none.
+        Only words that take something back give up a goal: a belief may also turn to another one
+        because that is better worded. A goal is as probable as all goals together that mean nearly
+        the same. Words that only give orders, such as to buy what is there, give up none.
         """
-        if not (reading.tells("aim") or reading.only_tells):
+        says_so = retracts(turn.utterance, UNSPECIFIED)
+        if not says_so or not (reading.tells("aim") or reading.only_tells):
             return []
         held = [(goal.text, p) for goal, p in self.belief.top() if goal != UNSPECIFIED]
         served = [*dict.fromkeys(guess.goal for each in self.rounds for guess in each.guessed)]

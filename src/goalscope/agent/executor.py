@@ -28,7 +28,7 @@ from goalscope.base.types import Action, StepResult, Turn
 from goalscope.belief.belief import Belief
 from goalscope.envs import Environment, Pick, Resolution, execute, is_irreversible, resolve
 from goalscope.language.dialogue_state import GRAVE, LIMITS, DialogueState, acting, is_grave, lifted
-from goalscope.language.orders import Order, Reading, order_in_words, orders_to_text
+from goalscope.language.orders import Order, Reading, order_in_words
 
 NOT_HERE = "I cannot undo anything here. Please say what is to change."
 """Note where the environment cannot undo."""
@@ -474,5 +474,5 @@ def _leading(belief: Belief) -> str:
 
 
 def _told(orders: Sequence[Order]) -> str:
-    """Orders in one line: "add milk 2; remove pears"."""
-    return "; ".join(orders_to_text(orders).replace(" | ", " ").splitlines())
+    """Orders in one line: "add milk (2); remove pears"."""
+    return "; ".join(map(order_in_words, orders))

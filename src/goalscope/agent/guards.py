@@ -23,16 +23,16 @@ from goalscope.language.reader import SUREST, ReadExample
 Awaited = Literal["", "harm", "yes", "word"]
 """What a question waits for: nothing, who may come to harm, a yes as read, or words of a yes."""
 
-SAY_YES = 'To confirm exactly what is shown, say "yes".'
+SAY_YES = 'If that is all right, say "yes".'
 """End of a question that only words of agreement answer; see `is_yes` and `agrees`."""
 
 CONFIRM = f"That cannot be undone. {SAY_YES}"
 """End of the question before an irreversible action."""
 
-HARM = "Something may harm somebody, if I understand you, but what is it? I have added nothing."
+HARM = "It sounds as if something could harm someone. What must I avoid? I have done nothing yet."
 """The question after a word of harm that was not read as an allergy or a diet."""
 
-WARY = "You spoke of harm, and I am not sure what must not come."
+WARY = "You mentioned harm, and I am not sure what to avoid."
 """Reason of an order that waits after a word of harm."""
 
 UNSURE = 0.25

@@ -45,6 +45,8 @@ is any; what an undo takes back; what the person is thought to want; what the ag
 CHOICES = {"why": REASONS, "about": ABOUT}
 """The slots that take one of a few values."""
 
+_ACTS_IN_WORDS = {"ask": "ask about", "aim": "aim:", "have": "have already:"}
+
 _OBJECTS = {"i": "me", "I": "me", "he": "him", "she": "her", "we": "us", "they": "them"}
 
 _NUMBER = r"\d{1,6}(?:\.\d{1,3})?"
@@ -242,7 +244,7 @@ def orders_to_text(orders: Iterable[Order]) -> str:
 
 def order_in_words(order: Order) -> str:
     """An order for people to read: `add potatoes (2 kg)`, `avoid nuts for him (allergy)`."""
-    told = [order.do, order.what] if order.do != "aim" else [f"aim: {order.what}"]
+    told = [_ACTS_IN_WORDS.get(order.do, order.do) if order.what else order.do, order.what]
     told += [f"for {_OBJECTS.get(order.for_, order.for_)}"] if order.for_ else []
     told += [f"except {order.but}"] if order.but else []
     told += [f"if {order.if_}"] if order.if_ else []
