@@ -15,7 +15,7 @@ from rich.text import Text
 
 from goalscope.base.text import domain_shown, model_shown, terminal_safe
 from goalscope.base.types import TRACKING, UNSPECIFIED, Goal, pluralize
-from goalscope.language.orders import order_in_words
+from goalscope.language.orders import Order, order_in_words
 
 if TYPE_CHECKING:
     from goalscope.agent.round import Round
@@ -67,7 +67,7 @@ def show_understood(
         _rows(console, [(Text("Agent", "cyan"), terminal_safe(round.turn.query))])
         _rows(console, [(Text("Human", "magenta"), terminal_safe(round.turn.utterance))])
     if round.reading is not None:
-        read = map(order_in_words, round.reading.orders)
+        read = (order_in_words(each) for each in round.reading.orders if each != Order("aim"))
         _rows(console, [(Text("-", "dim"), terminal_safe(line)) for line in read], "Understood")
     if round.belief.goals:
         show_belief(console, round.belief, previous)

@@ -17,7 +17,7 @@ from goalscope.belief import belief as beliefs
 from goalscope.belief.advice import Advice
 from goalscope.belief.explain import Reason, in_words
 from goalscope.envs.registry import BUILT_IN, View, domain_named
-from goalscope.language.orders import order_in_words
+from goalscope.language.orders import Order, order_in_words
 from goalscope.storage.store import EpisodeInfo
 from goalscope.storage.tracking import Tracked
 
@@ -135,10 +135,11 @@ class RoundView(BaseModel):
             ranked = (goal.text.rstrip(".") for goal, _ in round.belief.top())
             order.append(f"The model's order of the goals: {'; '.join(ranked)}.")
         values = {each.name: getattr(round, each.name) for each in fields(round)}
+        read = round.reading.orders if round.reading else ()
         values |= {
             "query": round.turn.query,
             "utterance": round.turn.utterance,
-            "understood": map(order_in_words, round.reading.orders) if round.reading else (),
+            "understood": [order_in_words(each) for each in read if each != Order("aim")],
             "belief": BeliefView.of(round.belief) if round.belief.inferred else None,
             "belief_note": " ".join([*order, *(each for each in round.notes if each == NO_GOAL)]),
             "actions": round.results,
