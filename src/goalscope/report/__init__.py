@@ -105,7 +105,8 @@ def _part(section: Section, folder: str) -> str:
     if section.planned:
         codes = ", ".join(code[:6] for code in section.codes)
         cells = f"{section.done:,} of {pluralize(section.planned, 'cell')}"
-        told += [f"{cells} measured, with code {codes}." if codes else f"{cells} measured."]
+        made = f", by {' or '.join(map(markdown_text, section.commands))}" * bool(section.commands)
+        told += [f"{cells} measured{made}{f', with code {codes}' * bool(codes)}."]
     return " ".join(told)
 
 
