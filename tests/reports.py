@@ -80,7 +80,7 @@ def judged(spec: dict, scores: list[float]) -> tuple[dict, dict]:
     return made, {"trials": [{"score": s, "explanation": "", "answer": ""} for s in scores]}
 
 
-def fill(file: Path, cells: list[tuple[dict, dict]], **about: str) -> Path:
+def fill(file: Path, cells: list[tuple[dict, dict]], **about: str | bool) -> Path:
     with Results.open(file) as results:
         results.describe({"name": file.stem, "title": file.stem, **about})
         planned = results.plan([s for s, _ in cells])

@@ -195,6 +195,14 @@ def test_a_report_has_a_summary_and_a_page_with_all_tables_of_each_part(
         assert page.count("![") == len(section.figures)
 
 
+def test_a_part_that_stands_aside_has_a_page_alone(tmp_path: Path) -> None:
+    fill(tmp_path / "r.db", [mcq(1)], aside=True)
+    found = read_report(tmp_path / "r.db", draw=False)
+    assert not found.summary
+    write_report(found, tmp_path / "out.md")
+    assert "](out/r.md)" in (tmp_path / "out.md").read_text(encoding="utf-8")
+
+
 def test_a_part_says_who_spoke(tmp_path: Path) -> None:
     fill(tmp_path / "r.db", [mcq(1)], provenance="Nobody *was* asked.")
     write_report(read_report(tmp_path / "r.db", draw=False), tmp_path / "out.md")

@@ -288,7 +288,7 @@ def _run(
                         left += f"are saved in {path} as they come, and the same command continues."
                         whole = f"Nothing is missing: {path} has all {pluralize(total, 'cell')}."
                         print(left if done < total else whole, file=sys.stderr, flush=True)
-                        facts = ("name", "title", "source", "provenance")
+                        facts = ("name", "title", "source", "provenance", "aside")
                         kept.describe({fact: getattr(plan, fact) for fact in facts})
                     elif step.error:
                         failed.append(step.error)

@@ -144,7 +144,8 @@ class Experiment:
     """What to measure, and with which models (arguments of `open_model`).
 
     `source` is the section or figure of the paper that it reproduces, if any. `provenance` says who
-    the people are, who or what wrote them, and what was fitted or chosen on their like.
+    the people are, who or what wrote them, and what was fitted or chosen on their like. The tables
+    of a report's summary leave out an experiment that stands `aside`.
     """
 
     name: str
@@ -156,6 +157,7 @@ class Experiment:
     episodes: tuple[EpisodesPart, ...] = ()
     judge: Judge | None = None
     provenance: str = ""
+    aside: bool = False
 
     def with_models(self, models: tuple[Model, ...]) -> Experiment:
         """The experiment with other models, once for each combination of the other settings."""

@@ -83,7 +83,7 @@ def write_report(report: Report, file: Path) -> None:
             _write(folder / "figures" / f"{name}.svg", figure.svg)
             alt, caption = map(markdown_text, (figure.caption.partition(". ")[0], figure.caption))
             figures.append(f"![{alt}](figures/{quote(name)}.svg)\n\n{caption}")
-            if figure.name == HEADLINE:
+            if figure.name == HEADLINE and not section.aside:
                 where = f"{quote(folder.name)}/figures/{quote(name)}.svg"
                 headlines.append(f"## {markdown_text(section.title)}\n\n![{alt}]({where})")
         for table in section.tables:

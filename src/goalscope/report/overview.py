@@ -81,18 +81,29 @@ def _joined(rows: Sequence[Row]) -> list[Row]:
     return [*found.values()]
 
 
-def _first(row: Row) -> str:
-    """The method from which another is subtracted."""
-    return str(row["methods"]).partition(" minus ")[0]
-
-
 def _side_by_side(rows: Sequence[Row]) -> list[Row]:
-    """One row with the scores of all methods and trivial policies, and the methods' unwanted."""
-    methods = [row for row in rows if row["method"] not in TRIVIAL]
+    """One row of a table by method and the table of its differences.
+
+    It has the scores of all methods, the differences between the first and the others, the best
+    trivial policy, and the number of unwanted things.
+    """
+    methods = [row for row in rows if row.get("method") not in (None, *TRIVIAL)]
+    trivial = [row for row in rows if row.get("method") in TRIVIAL]
     people = [*dict.fromkeys(row["profiles"] for row in methods)]
-    shown = (("score", rows), ("unwanted", methods))
-    entries = {f"{row['method']}, {key}": row.get(key) for key, some in shown for row in some}
-    return [{"people": people[0] if len(people) == 1 else " or ".join(map(str, people)), **entries}]
+    found: dict[str, Entry] = {
+        "people": people[0] if len(people) == 1 else " or ".join(map(str, people))
+    }
+    found |= {f"{row['method']}, score": row["score"] for row in methods}
+    first = f"{methods[0]['method']} minus "
+    for row in rows:
+        if row.get("measure") == "score" and str(row["methods"]).startswith(first):
+            found[str(row["methods"])] = row["difference"]
+    scores = [(row["score"], row["method"]) for row in trivial]
+    known = [(score.value, score, name) for score, name in scores if isinstance(score, Estimate)]
+    if known:
+        _, best, name = max(known, key=lambda each: each[0])
+        found["best trivial policy"] = f"{name}, {_bare(best)}"
+    return [found | {f"{row['method']}, unwanted": row.get("unwanted") for row in methods}]
 
 
 KINDS = (
@@ -122,19 +133,10 @@ KINDS = (
         r"episodes-.*-methods",
         (),
         "Score: m / (n + u + v) for n needs, of which m are met, u unwanted things and v violated "
-        "prohibitions, a mean over people. Nothing, random item, bananas and everything are "
-        "trivial policies, the same for everybody. Unwanted: number of things that the person "
-        "neither asked for nor would welcome.",
+        "prohibitions, a mean over people; differences are paired by person, and the pages of the "
+        f"parts have their p. Trivial policies ({', '.join(TRIVIAL)}) do the same for everybody. "
+        "Unwanted: number of things that the person neither asked for nor would welcome.",
         _side_by_side,
-    ),
-    _Kind(
-        "differences",
-        "Episodes: differences between the methods",
-        r"episodes-.*-differences",
-        ("of", "measure", "methods", "pairs", "difference", "p", "p (Holm)"),
-        "In percentage points, paired by person. p: two-sided, from a sign-flip permutation test; "
-        "p (Holm): corrected for the comparisons of the same people and setting.",
-        lambda rows: [row for row in rows if _first(row) == _first(rows[0])],
     ),
     _Kind(
         "mcq",
@@ -168,12 +170,16 @@ def summary_of(sections: Sequence[Section]) -> list[Table]:
 def _table(sections: Sequence[Section], kind: _Kind) -> Table:
     rows: list[Row] = []
     for section in sections:
+        if section.aside:
+            continue
         progress: Row = {}
         if section.done < section.planned:
             progress = {"cells so far": f"{section.done:,} of {section.planned:,}"}
+        tables = {table.name: table.rows for table in section.tables}
         for table in section.tables:
             if re.fullmatch(kind.pattern, table.name):
-                for row in kind.rows(table.rows):
+                beside = tables.get(f"{table.name.removesuffix('methods')}differences", ())
+                for row in kind.rows([*table.rows, *beside]):
                     known: Row = {"of": table.title.partition(": ")[2], **row}
                     columns = kind.columns or known
                     shown = {name: known[name] for name in columns if name in known}

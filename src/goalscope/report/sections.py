@@ -29,7 +29,7 @@ class Section:
 
     `tables` begin with the number of cells. `facts` (what it was made with) and `warnings` are one
     sentence each, `codes` hashes of the code that measured its cells; `done` of the `planned` cells
-    have results.
+    have results. The tables of a summary leave out what stands `aside`.
     """
 
     name: str
@@ -43,6 +43,7 @@ class Section:
     codes: Sequence[str] = ()
     done: int = 0
     planned: int = 0
+    aside: bool = False
 
 
 def sections_of(source: Path, *, draw: bool = True) -> tuple[list[Section], list[str]]:
@@ -114,6 +115,7 @@ def _section(results: Results, stem: str, taken: set[str], draw: bool) -> Sectio
         [*filter(None, codes)],
         len(done),
         len(cells),
+        about.get("aside") is True,
     )
 
 
