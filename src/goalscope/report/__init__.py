@@ -103,10 +103,12 @@ def _part(section: Section, folder: str) -> str:
     told += [f"(`{section.name}`)."] if section.title != section.name else []
     told += [markdown_text(section.provenance)] if section.provenance else []
     if section.planned:
-        codes = ", ".join(code[:6] for code in section.codes)
-        cells = f"{section.done:,} of {pluralize(section.planned, 'cell')}"
-        made = f", by {' or '.join(map(markdown_text, section.commands))}" * bool(section.commands)
-        told += [f"{cells} measured{made}{f', with code {codes}' * bool(codes)}."]
+        facts = [f"{section.done:,} of {pluralize(section.planned, 'cell')} measured"]
+        facts += [f"by {markdown_text(' or '.join(section.commands))}"] * bool(section.commands)
+        facts += [f"with code {', '.join(code[:6] for code in section.codes)}"] * bool(
+            section.codes
+        )
+        told += [f"{', '.join(facts)}."]
     return " ".join(told)
 
 
