@@ -4,7 +4,10 @@ from __future__ import annotations
 
 import json
 import os
+import subprocess
+import sys
 import tempfile
+import time
 from dataclasses import replace
 from pathlib import Path
 
@@ -354,3 +357,22 @@ def test_a_worker_that_dies_ends_the_run_and_loses_no_result(results, fake, monk
     with pytest.raises(GoalscopeError, match=r"worker process died.*same command"):
         run(fakes(3), results, workers=2)
     assert [cell.attempts for cell in results.cells()] == [1, 0, 0]
+
+
+def wait(task):
+    print("waiting", flush=True)
+    time.sleep(300)
+
+
+def test_workers_end_with_a_run_that_is_killed(tmp_path):
+    script = (
+        "import test_run as t; t.runs.perform = t.wait\n"
+        f"with t.Results.open(t.Path({str(tmp_path / 'r.db')!r})) as results:\n"
+        "    t.run(t.fakes(4), results, workers=2)"
+    )
+    command, here = [sys.executable, "-c", script], Path(__file__).parent
+    with subprocess.Popen(command, cwd=here, stdout=subprocess.PIPE, text=True) as begun:
+        assert begun.stdout
+        assert [begun.stdout.readline() for _ in range(2)] == ["waiting\n"] * 2
+        begun.kill()
+        assert begun.communicate(timeout=30) == ("", None)  # once nobody can write there

@@ -9,8 +9,9 @@ from concurrent.futures import ProcessPoolExecutor, as_completed
 from concurrent.futures.process import BrokenProcessPool
 from contextlib import ExitStack, closing
 from dataclasses import dataclass, replace
-from multiprocessing import get_context
+from multiprocessing import get_context, parent_process
 from pathlib import Path
+from threading import Thread
 from typing import Any
 
 from goalscope.base.optional_packages import package
@@ -154,9 +155,16 @@ _UNTIL_THE_END = ExitStack()
 
 
 def _begin(threads: int, trace: Path | None) -> None:
-    """Set up a process of its own."""
+    """Set up a process of its own, which ends when the run does, however that ends."""
     os.environ.setdefault("OMP_NUM_THREADS", str(threads))
+    Thread(target=_end_with_parent, daemon=True).start()
     _UNTIL_THE_END.enter_context(tracing(trace))
+
+
+def _end_with_parent() -> None:
+    if parent := parent_process():
+        parent.join()
+        os._exit(1)
 
 
 def _attempt(work: Callable[[Any], dict[str, Any]], task: object) -> Outcome:
