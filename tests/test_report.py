@@ -227,7 +227,7 @@ def test_the_summary_has_the_papers_loss_beside_goalscopes_of_each_model(tmp_pat
     ]
     assert {row["n"] for row in beliefs.rows} == {12}
     (ways,) = (each for each in found.summary if each.name == "summary-baselines")
-    assert [row["of"] for row in ways.rows] == ["own, 3 goals each, 12 dialogues"]
+    assert [row["of"] for row in ways.rows] == ["own, 3 goals each"]
     assert "cells so far" not in beliefs.columns
     tables = [each for each in found.sections[0].tables if each.name.startswith("dialogues-")]
     for row, table in zip(beliefs.rows, tables, strict=True):

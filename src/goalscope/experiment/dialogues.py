@@ -270,7 +270,7 @@ def dialogue_table(sample: Sample) -> Table:
         for predictor, turn in product(predictors_of(sample), TURNS if longer else (1,))
         if (records := after_turn(sample, predictor, turn))
     ]
-    title = f"Goals inferred from dialogues: {sample.title}, {number_of(sample)}"
+    title = f"Goals inferred from dialogues: {sample.title}"
     notes = (*sample.notes, *NOTES)
     return Table(f"dialogues-{sample.name}", title, rows_of(groups, COLUMNS), notes)
 
@@ -322,7 +322,7 @@ def dialogue_differences(sample: Sample) -> Table:
         for name, key, form in MEASURES
         for one, other in pairs
     )  # fmt: skip
-    title = f"Differences between predictors: {sample.title}, {number_of(sample)}"
+    title = f"Differences between predictors: {sample.title}"
     note = (
         "After the last turn. A pair is a group of dialogues that share people, whose mean counts "
         "once however many there are; so a difference may be another than that of the figures of "
