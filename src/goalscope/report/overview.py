@@ -112,9 +112,9 @@ KINDS = (
         "Beliefs about what people wanted",
         "dialogues-.*",
         ("of", "n", "top-1", "log-loss", "Eq. 1: log-loss", "ECE", "AUROC"),
-        "Top-1, log-loss (nats) and calibration error (ECE) after the last turn, among the goals "
-        "alone: Unspecified may lead all the same. Eq. 1: the paper's belief. AUROC: how well "
-        "Unspecified signals that the true goal is not among the goals.",
+        "After the last turn. Top-1, log-loss (nats) and calibration error (ECE) are among the "
+        "goals alone: Unspecified may lead all the same. Eq. 1: the paper's belief. AUROC: how "
+        "well Unspecified signals that the true goal is not among the goals.",
         _one_belief,
     ),
     _Kind(
@@ -123,7 +123,7 @@ KINDS = (
         "dialogues-.*",
         ("of", "n", *BASELINES),
         "Top-1 and log-loss after the last turn; the pages of the parts have intervals. The last "
-        f"{len(FITTED_METHODS)} are fitted on other dialogues of the set, as the pages say.",
+        f"{len(FITTED_METHODS)} are fitted on dialogues that those pages name.",
         _baselines,
         without_model=True,
     ),
@@ -152,7 +152,7 @@ KINDS = (
         "changes",
         "Changes of mind: how soon is the new goal the likeliest?",
         r"following-.*",
-        ("predictor", "changes", "at once", "within 3"),
+        ("of", "predictor", "changes", "at once", "within 3"),
         "How often the new goal leads at the turn that tells it, or within three turns.",
     ),
 )
