@@ -270,7 +270,7 @@ def cells(line: str) -> list[str]:
 
 
 def rounded(share: str, loss: str = "") -> str:
-    places = ((share.removesuffix(" %"), "1", " %"), (loss, "0.01", ""))
+    places = ((share.removesuffix(" %"), "0.1", " %"), (loss, "0.01", ""))
     return ", ".join(
         f"{Decimal(value).quantize(Decimal(place), ROUND_HALF_UP)}{unit}"
         for value, place, unit in places
@@ -290,8 +290,8 @@ def plain_rows(title: str) -> list[list[str]]:
 DIALOGUES = {
     "40 SGD talks, similar goals": "sgd, train, 20 hard goals",
     "40 SGD talks, terse goals": "sgd, train, 20 terse goals",
-    "40 MultiDoGO airline customers": "multidogo, airline, 20 full goals",
-    "40 MultiDoGO fast-food customers": "multidogo, fastfood, 20 full goals",
+    "40 airline customers (MultiDoGO)": "multidogo, airline, 20 full goals",
+    "40 fast-food customers (MultiDoGO)": "multidogo, fastfood, 20 full goals",
     "100 TEACh games": "teach, valid\\_seen, 20 random goals",
     "60 Taskmaster-4 orders": "taskmaster4, dev, 20 hard goals",
 }
@@ -301,7 +301,7 @@ DIALOGUES = {
 @pytest.mark.parametrize("told", DIALOGUES)
 def test_the_figures_of_the_readme_are_those_of_the_results(told: str) -> None:
     readme = (ROOT / "README.md").read_text(encoding="utf-8")
-    (row,) = re.findall(rf"^\| {told} \|.*", readme, re.M)
+    (row,) = re.findall(rf"^\| {re.escape(told)} \|.*", readme, re.M)
     n = told.partition(" ")[0]
     belief, ways = (
         next(

@@ -255,7 +255,7 @@ def test_sets_goal_sets_and_models_have_tables_of_their_own() -> None:
 def test_few_groups_are_told_of_however_many_dialogues_they_have() -> None:
     cells = [dialogue(n, n % 3, 1, group=f"g{n < 7}", **{"role-play": [SURE]}) for n in range(24)]
     assert few_notes(dialogues_table(cells))[0].startswith(
-        "Of 2 people or groups an interval says little"
+        "With fewer than 10 people or groups, an interval says little"
     )
     apart = [dialogue(n, n % 3, 1, group=f"g{n}", **{"role-play": [SURE]}) for n in range(24)]
     assert few_notes(dialogues_table(apart)) == ()

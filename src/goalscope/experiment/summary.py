@@ -323,7 +323,7 @@ def few_notes(table: Table) -> tuple[str, ...]:
     least = min((each.groups for each in entries if each.interval and each.groups), default=FEW)
     if least >= FEW:
         return ()
-    return (f"Of {least} people or groups an interval says little about how others differ.",)
+    return (f"With fewer than {FEW} people or groups, an interval says little about others.",)
 
 
 def averaged(

@@ -19,9 +19,7 @@ INTRODUCTION = (
     "computes every figure from cells that were each measured once. Brackets show 95 % "
     "intervals. It also writes a page for each part, with all tables and figures, and hashes of "
     "the code, the prompts and the model weights. The command of a part gives the same figures "
-    "again, on any x86-64 processor and with any number of threads. Other weights move the "
-    "log-likelihood of an utterance by some tenths of a nat, and the accuracy of 60 dialogues by "
-    "a few points."
+    "again, on any x86-64 processor and with any number of threads."
 )
 HEADLINE = "ablation"
 """The figure that the summary shows; its caption is on the page of its part."""

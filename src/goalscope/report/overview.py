@@ -112,9 +112,10 @@ KINDS = (
         "Beliefs about what people wanted",
         "dialogues-.*",
         ("of", "n", "top-1", "log-loss", "Eq. 1: log-loss", "ECE", "AUROC"),
-        "After the last turn. Top-1, log-loss (nats) and calibration error (ECE) are among the "
-        "goals alone: Unspecified may lead all the same. Eq. 1: the paper's belief. AUROC: how "
-        "well Unspecified signals that the true goal is not among the goals.",
+        "After the last turn that was read (the pages of the parts tell a limit). Top-1, log-loss "
+        "(nats) and calibration error (ECE) are among the goals alone: Unspecified may lead all "
+        "the same. Eq. 1: the paper's belief. AUROC: how well Unspecified signals that the true "
+        "goal is not among the goals.",
         _one_belief,
     ),
     _Kind(

@@ -144,8 +144,8 @@ def _facts(done: Sequence[Cell]) -> Iterator[str]:
         for own in (cell.spec.get("settings", {}),)
     ]
     for key in ("domain", "human", "likelihood", "layout", "calibration", "propose",
-                "k", "prompted", "rounds", "seed", "trials"):  # fmt: skip
-        values = dict.fromkeys(_text(each[key]) for each in settings if key in each)
+                "k", "prompted", "rounds", "turns", "seed", "trials"):  # fmt: skip
+        values = dict.fromkeys(_text(each[key]) for each in settings if each.get(key) is not None)
         if values:
             joint = "; " if key == "prompted" else ", "
             yield f"{key.replace('_', ' ')}: {joint.join(values)}"
