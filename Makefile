@@ -19,7 +19,7 @@ FIT_multiwoz := multiwoz:val[200:]
 FIT_alfred := alfred:train[300:]
 FIT_taskmaster4 := taskmaster4:dev[200:]
 HALVES := "teach:train[:740]" "teach:train[740:]" $(foreach set,$(filter-out teach,$(SETS)),"$(FIT_$(set))")
-ADAPTERS := $(patsubst %,adapters/%/adapter.gguf,without-teach without-taskmaster4 teach-10 teach-100)
+ADAPTERS := $(patsubst %,adapters/%/adapter.gguf,teach-10 teach-100)
 # Published as Qwen/Qwen2.5-Coder-1.5B-Instruct-GGUF and 0.5B.
 LARGER := $(patsubst %,models/qwen2.5-coder-%-instruct-q4_k_m.gguf,0.5b 1.5b)
 FIT := $(BIN)/goalscope fit --start none --out adapters
@@ -136,9 +136,6 @@ adapters/needs.jsonl: | $(READY)
 
 adapters/talks.jsonl: | $(READY)
 	$(BIN)/python training/cases.py $@ corpus/talks/train
-
-adapters/without-%/adapter.gguf: | $(READY)
-	$(FIT)/without-$* $(foreach set,$(filter-out $*,$(SETS)),"$(FIT_$(set))") $(SHORT)
 
 adapters/teach-%/adapter.gguf: | $(READY)
 	$(FIT)/teach-$* "teach:train[:$*]" $(SHORT)
