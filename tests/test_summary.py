@@ -102,7 +102,8 @@ def test_intervals_of_few_have_a_note() -> None:
     few, bare, many = averaged([0, 1] * 2), Estimate(0.5), averaged([0, 1] * 5)
     for found, said in [([few, bare, many], 1), ([bare, many], 0), (["a", 3], 0)]:
         notes = few_notes(Table("t", "t", [{"score": each} for each in found]))
-        assert [note[:15] for note in notes] == ["With fewer than"] * said
+        told = "With fewer than 10 people or groups, an interval says little about others."
+        assert notes == (told,) * said
 
 
 def test_labels_say_what_tells_settings_apart() -> None:

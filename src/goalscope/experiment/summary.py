@@ -320,10 +320,9 @@ def without_shared(titles: Sequence[str]) -> list[str]:
 def few_notes(table: Table) -> tuple[str, ...]:
     """The note below a table with intervals from fewer than `FEW` people or other groups."""
     entries = [each for row in table.rows for each in row.values() if isinstance(each, Estimate)]
-    least = min((each.groups for each in entries if each.interval and each.groups), default=FEW)
-    if least >= FEW:
-        return ()
-    return (f"With fewer than {FEW} people or groups, an interval says little about others.",)
+    if any(each.interval and each.groups and each.groups < FEW for each in entries):
+        return (f"With fewer than {FEW} people or groups, an interval says little about others.",)
+    return ()
 
 
 def averaged(

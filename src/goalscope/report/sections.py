@@ -145,8 +145,8 @@ def _facts(done: Sequence[Cell]) -> Iterator[str]:
     ]
     for key in ("domain", "human", "likelihood", "layout", "calibration", "propose",
                 "k", "prompted", "rounds", "turns", "seed", "trials"):  # fmt: skip
-        values = dict.fromkeys(_text(each[key]) for each in settings if each.get(key) is not None)
-        if values:
+        values = dict.fromkeys(_text(each[key]) for each in settings if key in each)
+        if values.keys() - {"null"}:
             joint = "; " if key == "prompted" else ", "
             yield f"{key.replace('_', ' ')}: {joint.join(values)}"
     identities = Counter(json.dumps(cell.identity, sort_keys=True) for cell in done)
